@@ -1,1 +1,7 @@
-//! Swellcast
+//! Swellcast simulates one spectral ocean and streams it, in sync, to many thin clients.
+//!
+//! Data flows one way through the modules, in the order they stand here; ARCHITECTURE.md tells the story.
+
+pub mod wire;
+
+pub mod scene;

@@ -1,0 +1,94 @@
+//! A directional spectrum as a buoy reports it, checked.
+
+use super::bound::{SceneError, within};
+
+/// One frequency of a record. Directions are where the waves come **from**, degrees clockwise from north.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredBin {
+    /// Centre frequency, Hz.
+    pub frequency_hz: f64,
+    /// Wave density, m^2/Hz.
+    pub density: f64,
+    /// Mean direction alpha1; `None` when missing, and the bin then spreads evenly.
+    pub direction: Option<Spread>,
+}
+
+/// The first two Fourier coefficients of the spreading, in polar form.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    /// Mean direction, degrees.
+    pub alpha1_deg: f64,
+    /// Principal direction, degrees.
+    pub alpha2_deg: f64,
+    /// First coefficient, 0 to 1.
+    pub r1: f64,
+    /// Second coefficient, 0 to 1.
+    pub r2: f64,
+}
+
+/// A whole record: at least two bins in ascending frequency.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasuredSpectrum {
+    bins: Vec<MeasuredBin>,
+}
+
+impl MeasuredSpectrum {
+    /// Most bins a record may have.
+    pub const MAX_BINS: usize = 1024;
+
+    /// Checks a record.
+    ///
+    /// # Errors
+    /// [`SceneError::Bound`] when there are fewer than 2 or more than 1024 bins, when frequencies are not
+    /// ascending from above 0 to 100 Hz, or a number is out of bounds.
+    pub fn new(bins: Vec<MeasuredBin>) -> Result<Self, SceneError> {
+        if !(2..=Self::MAX_BINS).contains(&bins.len()) {
+            let bound = format!("2 to {} frequencies", Self::MAX_BINS);
+            return Err(SceneError::bound("measured.bins", bins.len(), bound));
+        }
+        let mut last = 0.0;
+        for bin in &bins {
+            let frequency = within("measured.frequency_hz", bin.frequency_hz, 1e-4, 100.0)?;
+            if frequency <= last {
+                return Err(SceneError::bound(
+                    "measured.frequency_hz",
+                    frequency,
+                    format!("above {last}, the one before"),
+                ));
+            }
+            last = frequency;
+            within("measured.density", bin.density, 0.0, 1e5)?;
+            if let Some(spread) = bin.direction {
+                within("measured.alpha1", spread.alpha1_deg, -360.0, 360.0)?;
+                within("measured.alpha2", spread.alpha2_deg, -360.0, 360.0)?;
+                within("measured.r1", spread.r1, 0.0, 1.0)?;
+                within("measured.r2", spread.r2, 0.0, 1.0)?;
+            }
+        }
+        Ok(Self { bins })
+    }
+
+    /// The bins, in ascending frequency.
+    pub fn bins(&self) -> &[MeasuredBin] {
+        &self.bins
+    }
+
+    /// Zeroth moment, m^2: the sum of S df, where a bin reaches half-way to its neighbours (and as far outward at
+    /// the ends).
+    pub fn m0(&self) -> f64 {
+        (0..self.bins.len()).map(|i| self.bins[i].density * self.width_hz(i)).sum()
+    }
+
+    /// Frequency of the highest density, Hz.
+    pub fn peak_hz(&self) -> f64 {
+        self.bins.iter().max_by(|a, b| a.density.total_cmp(&b.density)).map_or(0.1, |bin| bin.frequency_hz)
+    }
+
+    fn width_hz(&self, i: usize) -> f64 {
+        let f = |i: usize| self.bins[i].frequency_hz;
+        let last = self.bins.len() - 1;
+        let below = if i > 0 { f(i) - f(i - 1) } else { f(1) - f(0) };
+        let above = if i < last { f(i + 1) - f(i) } else { f(last) - f(last - 1) };
+        0.5 * (below + above)
+    }
+}

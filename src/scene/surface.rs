@@ -1,0 +1,55 @@
+//! How the sea is cut into cascades, what is computed of it, and when it repeats.
+
+use super::Foam;
+
+/// Side and grid of one periodic patch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patch {
+    /// Side in metres.
+    pub length_m: f64,
+    /// Samples a side, a power of two.
+    pub n: usize,
+}
+
+/// What the scene says about its cascades.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CascadeRequest {
+    /// Count and lengths follow from the scene's longest and shortest waves.
+    Automatic {
+        /// Samples a side of every cascade.
+        n: usize,
+        /// Where a cascade's band ends, as a share of its Nyquist wavenumber.
+        band_limit: f64,
+        /// The shortest wave wanted, metres.
+        finest_wavelength_m: f64,
+    },
+    /// Patches chosen by hand, longest first.
+    Chosen {
+        /// The patches.
+        patches: Vec<Patch>,
+        /// Where a cascade's band ends, as a share of its Nyquist wavenumber.
+        band_limit: f64,
+    },
+}
+
+/// What is computed of the sea.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effects {
+    /// Horizontal displacement: 0 none, 1 first-order Lagrangian.
+    pub choppiness: f64,
+    /// Foam, or none.
+    pub foam: Option<Foam>,
+}
+
+/// The period after which the sea is exactly the same again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Repeat {
+    /// Length in ticks, 7200 (one second) to 2^32 (6.9 days).
+    pub ticks: u64,
+}
+
+impl Default for Repeat {
+    fn default() -> Self {
+        Self { ticks: 1 << 32 }
+    }
+}

@@ -1,0 +1,327 @@
+//! The text messages of both sides, and the reading of a client's.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::vocabulary::{ErrorClass, Group, MAX_TICK};
+
+/// Largest text message a client may send.
+pub const MAX_MESSAGE_BYTES: usize = 4096;
+
+/// A unit as messages name it: what is encoded once and shared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UnitName {
+    /// Index of the cascade.
+    pub cascade: u8,
+    /// Level of detail, 0 the full grid.
+    pub level: u8,
+    /// Error class.
+    pub class: ErrorClass,
+    /// Group of channels.
+    pub group: Group,
+}
+
+/// A client asks for units at a rate; replaces what it asked before.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Subscribe {
+    /// Echoed in the answer.
+    pub id: u64,
+    /// Frames a second.
+    pub rate_hz: u32,
+    /// What to send.
+    pub units: Vec<UnitName>,
+}
+
+/// A client asks for the server's time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Time {
+    /// Any finite number, echoed.
+    pub t0: f64,
+}
+
+/// What a client may say.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum ClientMessage {
+    /// Replace the subscription.
+    Subscribe(Subscribe),
+    /// Ask for the time.
+    Time(Time),
+}
+
+/// Why a client's message is refused.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{detail}")]
+pub struct ClientError {
+    /// Kind of refusal, for programs.
+    pub code: ErrorCode,
+    /// The field at fault, where there is one.
+    pub field: Option<String>,
+    /// For people: what was found and what is allowed.
+    pub detail: String,
+}
+
+/// Kinds of refusal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ErrorCode {
+    /// Not JSON, or not of the message's form.
+    Malformed,
+    /// No such message.
+    UnknownType,
+    /// A value out of bounds.
+    Invalid,
+    /// Well formed, but the server can't.
+    Unavailable,
+}
+
+impl ClientMessage {
+    /// Reads a client's text message.
+    ///
+    /// # Errors
+    /// [`ClientError`] with the code and, where one is at fault, the field.
+    pub fn parse(text: &str) -> Result<Self, ClientError> {
+        let refuse =
+            |code, field: Option<&str>, detail: String| ClientError { code, field: field.map(str::to_owned), detail };
+        if text.len() > MAX_MESSAGE_BYTES {
+            let detail = format!("message is {} bytes, must be at most {MAX_MESSAGE_BYTES}", text.len());
+            return Err(refuse(ErrorCode::Malformed, None, detail));
+        }
+        let value: serde_json::Value =
+            serde_json::from_str(text).map_err(|e| refuse(ErrorCode::Malformed, None, format!("not JSON: {e}")))?;
+        let kind = value.get("type").and_then(serde_json::Value::as_str).unwrap_or_default().to_owned();
+        if !["subscribe", "time"].contains(&kind.as_str()) {
+            let detail = format!("type is {kind:?}, must be \"subscribe\" or \"time\"");
+            return Err(refuse(ErrorCode::UnknownType, Some("type"), detail));
+        }
+        let message: Self =
+            serde_json::from_value(value).map_err(|e| refuse(ErrorCode::Malformed, None, format!("{kind}: {e}")))?;
+        if let Self::Subscribe(subscribe) = &message
+            && subscribe.id > MAX_TICK as u64
+        {
+            let detail = format!("id is {}, must be at most 2^53 - 1", subscribe.id);
+            return Err(refuse(ErrorCode::Invalid, Some("id"), detail));
+        }
+        Ok(message)
+    }
+}
+
+/// A cascade as `hello` describes it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HelloCascade {
+    /// Side of the square patch, metres.
+    pub patch_m: f64,
+    /// Samples a side at level 0.
+    pub n: u32,
+    /// Levels that can be asked for.
+    pub levels: u8,
+    /// Shortest wave it holds, metres.
+    pub wavelength_min_m: f64,
+    /// Longest wave it holds, metres.
+    pub wavelength_max_m: f64,
+}
+
+/// The cascades of a sea.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HelloLayout {
+    /// Counts layouts of this timeline.
+    pub generation: u32,
+    /// In order of their index.
+    pub cascades: Vec<HelloCascade>,
+}
+
+/// An error class as `hello` describes it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClassInfo {
+    /// The class.
+    pub name: ErrorClass,
+    /// Largest error of displacement, metres.
+    pub displacement_m: f32,
+    /// Largest error of slopes and derivatives.
+    pub slope: f32,
+    /// Largest error of foam.
+    pub foam: f32,
+}
+
+/// A group as `hello` describes it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GroupInfo {
+    /// The group.
+    pub name: Group,
+    /// Its channels, in order.
+    pub channels: Vec<String>,
+}
+
+/// What a client must keep within.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Limits {
+    /// Largest message from a client.
+    pub message_bytes: u32,
+    /// Most units of one subscription.
+    pub units: u32,
+    /// Most units encoded for all clients together.
+    pub live_units: u32,
+}
+
+/// The server's first message.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)] // The table of PROTOCOL.md section 3 is their documentation.
+pub struct Hello {
+    pub protocol: u32,
+    pub server: String,
+    pub scene: String,
+    pub epoch: String,
+    pub seed: String,
+    pub ticks_per_second: i64,
+    pub tick: i64,
+    pub lead_ticks: i64,
+    pub sequence: u64,
+    pub layout: HelloLayout,
+    pub choppiness: f64,
+    pub rates_hz: Vec<u32>,
+    pub classes: Vec<ClassInfo>,
+    pub groups: Vec<GroupInfo>,
+    pub foam_step_ticks: i64,
+    pub limits: Limits,
+}
+
+impl Hello {
+    /// The table of error classes, for `classes`.
+    pub fn all_classes() -> Vec<ClassInfo> {
+        let of = |name: ErrorClass| ClassInfo {
+            name,
+            displacement_m: name.max_error(Group::Displacement),
+            slope: name.max_error(Group::Slopes),
+            foam: name.max_error(Group::Foam),
+        };
+        ErrorClass::ALL.map(of).to_vec()
+    }
+
+    /// The table of groups, for `groups`.
+    pub fn all_groups() -> Vec<GroupInfo> {
+        let of = |name: Group| GroupInfo { name, channels: name.channels().iter().map(|c| (*c).to_owned()).collect() };
+        Group::ALL.map(of).to_vec()
+    }
+}
+
+/// Answer to `subscribe`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Subscribed {
+    /// As sent.
+    pub id: u64,
+    /// Frames a second.
+    pub rate_hz: u32,
+    /// What will be sent, in the order asked.
+    pub units: Vec<UnitName>,
+    /// The first tick whose frames will come.
+    pub from_tick: i64,
+}
+
+/// Answer to `time`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TimeAnswer {
+    /// As sent.
+    pub t0: f64,
+    /// Microseconds since tick 0 when the request was read.
+    pub t1_us: i64,
+    /// Microseconds since tick 0 when the answer was written.
+    pub t2_us: i64,
+}
+
+/// The wind of a wind-driven sea.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WindStatus {
+    /// Speed 10 m above the water, m/s.
+    pub speed_mps: f64,
+    /// Where it comes from, degrees clockwise from north.
+    pub direction_from_deg: f64,
+}
+
+/// How the sea and the server are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs)] // PROTOCOL.md section 3, `status`, is their documentation.
+pub struct Status {
+    pub tick: i64,
+    pub sequence: u64,
+    pub hs_m: f64,
+    pub wind: Option<WindStatus>,
+    pub wind_range_mps: Option<[f64; 2]>,
+    pub depth_m: Option<f64>,
+    pub clients: u32,
+    pub backend: String,
+    pub step_ms: f64,
+    pub skipped_frames: u64,
+}
+
+/// What an entry of the control log changes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum WireChangeKind {
+    /// The wind.
+    Wind {
+        /// Speed 10 m above the water, m/s.
+        speed_mps: f64,
+        /// Where it comes from, degrees clockwise from north.
+        direction_from_deg: f64,
+    },
+    /// The water body.
+    Water {
+        /// Depth in metres, null for infinitely deep.
+        depth_m: Option<f64>,
+    },
+}
+
+/// An entry of the control log, as clients are told.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WireChange {
+    /// Its place in the log, from 1.
+    pub sequence: u64,
+    /// The tick at which it begins to act.
+    pub effective_tick: i64,
+    /// How long it takes.
+    pub transition_ticks: i64,
+    /// What changes.
+    pub change: WireChangeKind,
+}
+
+/// What the server says in text.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum ServerMessage {
+    /// First message.
+    Hello(Box<Hello>),
+    /// Answer to `subscribe`.
+    Subscribed(Subscribed),
+    /// Answer to `time`.
+    Time(TimeAnswer),
+    /// Once a second.
+    Status(Status),
+    /// An accepted change.
+    Change(WireChange),
+    /// A refusal.
+    Error {
+        /// Kind of refusal.
+        code: ErrorCode,
+        /// For people.
+        detail: String,
+        /// The field at fault.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        field: Option<String>,
+        /// The request's id.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        id: Option<u64>,
+    },
+}
+
+impl ServerMessage {
+    /// The message as JSON text.
+    ///
+    /// # Panics
+    /// Never: every field is a plain number, string or list; floats are finite by construction.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("plain data serialises")
+    }
+}

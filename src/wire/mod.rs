@@ -1,0 +1,16 @@
+//! The protocol `swellcast.v1` as types: frames in bytes, messages in JSON. Knows nothing of seas.
+//!
+//! `proto/PROTOCOL.md` is normative; this room follows it and the vectors in `proto/vectors` bind both.
+//! Invariant: imports no other room, does no input or output, and no input makes it panic.
+
+mod frame;
+mod message;
+mod vocabulary;
+
+pub use frame::{FLAG_KEY, FLAG_SATURATED, FrameError, FrameHeader, HEADER_BYTES, MAGIC, split};
+pub use message::{
+    ClassInfo, ClientError, ClientMessage, ErrorCode, GroupInfo, Hello, HelloCascade, HelloLayout, Limits,
+    MAX_MESSAGE_BYTES, ServerMessage, Status, Subscribe, Subscribed, Time, TimeAnswer, UnitName, WindStatus,
+    WireChange, WireChangeKind,
+};
+pub use vocabulary::{CODEC_I16, ErrorClass, Group, MAX_TICK, SUBPROTOCOL, TICKS_PER_SECOND, TILE};

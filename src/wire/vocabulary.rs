@@ -1,0 +1,105 @@
+//! The words of the protocol: error classes, groups of channels, and its few constants.
+
+use serde::{Deserialize, Serialize};
+
+/// WebSocket subprotocol a client must name.
+pub const SUBPROTOCOL: &str = "swellcast.v1";
+/// Ticks in a second: divisible by every common frame rate from 24 to 144 Hz.
+pub const TICKS_PER_SECOND: i64 = 7200;
+/// The largest tick: 2^53 - 1, so that JSON and JavaScript hold every tick exactly (39,645 years).
+pub const MAX_TICK: i64 = (1 << 53) - 1;
+/// Most samples a side of one tile; larger patches are cut.
+pub const TILE: usize = 256;
+/// Codec 0: planes of 16-bit counts.
+pub const CODEC_I16: u8 = 0;
+
+/// How far a streamed sample may be from the field it stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum ErrorClass {
+    /// 0.5 mm, slopes .001, foam .002.
+    #[serde(rename = "0.5mm")]
+    HalfMillimetre,
+    /// 1 mm, slopes .002, foam .004.
+    #[serde(rename = "1mm")]
+    Millimetre,
+    /// 5 mm, slopes .005, foam .01.
+    #[serde(rename = "5mm")]
+    FiveMillimetres,
+    /// 20 mm, slopes .02, foam .04.
+    #[serde(rename = "20mm")]
+    TwentyMillimetres,
+}
+
+impl ErrorClass {
+    /// All classes, finest first; the index is the wire's id.
+    pub const ALL: [Self; 4] = [Self::HalfMillimetre, Self::Millimetre, Self::FiveMillimetres, Self::TwentyMillimetres];
+
+    /// The wire's number for this class.
+    pub fn id(self) -> u8 {
+        self as u8
+    }
+
+    /// The class with this number.
+    pub fn from_id(id: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(id)).copied()
+    }
+
+    /// The name used in messages.
+    pub fn name(self) -> &'static str {
+        ["0.5mm", "1mm", "5mm", "20mm"][self as usize]
+    }
+
+    /// Guaranteed largest error of a channel of `group`: metres for displacement, else of the number itself.
+    pub fn max_error(self, group: Group) -> f32 {
+        let row: [f32; 4] = match group {
+            Group::Displacement => [0.0005, 0.001, 0.005, 0.02],
+            Group::Slopes | Group::Derivatives => [0.001, 0.002, 0.005, 0.02],
+            Group::Foam => [0.002, 0.004, 0.01, 0.04],
+        };
+        row[self as usize]
+    }
+}
+
+/// Channels that are encoded and sent together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Group {
+    /// `dx`, `height`, `dz` in metres, choppiness included.
+    Displacement,
+    /// Derivatives of height along the rest position's x and z.
+    Slopes,
+    /// Derivatives of the horizontal displacement: `dxx`, `dzz`, `dxz`.
+    Derivatives,
+    /// Foam, 0 to 1.
+    Foam,
+}
+
+impl Group {
+    /// All groups; the index is the wire's id.
+    pub const ALL: [Self; 4] = [Self::Displacement, Self::Slopes, Self::Derivatives, Self::Foam];
+
+    /// The wire's number for this group.
+    pub fn id(self) -> u8 {
+        self as u8
+    }
+
+    /// The group with this number.
+    pub fn from_id(id: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(id)).copied()
+    }
+
+    /// The name used in messages.
+    pub fn name(self) -> &'static str {
+        ["displacement", "slopes", "derivatives", "foam"][self as usize]
+    }
+
+    /// Names of the channels, in the order of their planes.
+    pub fn channels(self) -> &'static [&'static str] {
+        match self {
+            Self::Displacement => &["dx", "height", "dz"],
+            Self::Slopes => &["slope_x", "slope_z"],
+            Self::Derivatives => &["dxx", "dzz", "dxz"],
+            Self::Foam => &["foam"],
+        }
+    }
+}
