@@ -5,3 +5,5 @@
 pub mod wire;
 
 pub mod scene;
+
+pub mod sea;

@@ -1,1 +1,3 @@
-fn main() {}
+//! One integration binary; each module says which laws it holds.
+
+mod laws;

@@ -1,0 +1,58 @@
+//! The sea of one tick as a backend wants it: per mode two amplitudes, an integer frequency and a phase offset.
+
+use rustfft::num_complex::Complex64;
+
+use super::layout::Cascade;
+
+/// One wave vector (n, m) and its opposite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mode {
+    /// h0(k), metres: the part that travels along +k.
+    pub forward: Complex64,
+    /// conj(h0(-k)), metres: the part that travels along -k.
+    pub backward: Complex64,
+    /// Whole cycles per repeat period.
+    pub cycles: u32,
+    /// Phase offset, in 2^-32 of a turn; what keeps the phase continuous where `cycles` changed.
+    pub offset: u32,
+    /// Ratio of horizontal to vertical orbit: coth(k d), at most 3.
+    pub widening: f64,
+}
+
+/// Modes of one cascade with n from 0 to half; those with n < 0 are their complex conjugates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CascadeModes {
+    /// Patch, grid and band.
+    pub cascade: Cascade,
+    /// Column after column of n = 0..=half, each of m = -half..=half.
+    pub modes: Vec<Mode>,
+}
+
+/// Everything that decides the water until the next change.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sea {
+    /// Longest patch first.
+    pub cascades: Vec<CascadeModes>,
+    /// Ticks after which the phases are the same again.
+    pub repeat: u64,
+    /// Horizontal displacement, as a multiple of first-order Lagrangian.
+    pub choppiness: f64,
+    /// Jacobian of a cascade below which it foams.
+    pub foam_threshold: f64,
+}
+
+impl CascadeModes {
+    /// Rows in a column: 2 half + 1.
+    pub fn rows(&self) -> usize {
+        2 * self.cascade.half + 1
+    }
+
+    /// Every mode with its wave vector (kx, kz) in rad/m, in the order of `modes`.
+    pub fn with_wave_vectors(&self) -> impl Iterator<Item = (f64, f64, &Mode)> {
+        let (rows, half, dk) = (self.rows(), self.cascade.half as f64, self.cascade.dk());
+        self.modes.iter().enumerate().map(move |(i, mode)| {
+            let (n, m) = (i / rows, i % rows);
+            (n as f64 * dk, (m as f64 - half) * dk, mode)
+        })
+    }
+}
