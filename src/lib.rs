@@ -7,3 +7,11 @@ pub mod wire;
 pub mod scene;
 
 pub mod sea;
+
+pub mod plan;
+
+pub mod pass;
+
+pub mod backend;
+
+pub mod reference;

@@ -4,11 +4,8 @@
 
 /// Gauss-Legendre nodes and weights on [-1, 1], two and three points.
 const TWO: [(f64, f64); 2] = [(-0.577_350_269_189_625_8, 1.0), (0.577_350_269_189_625_8, 1.0)];
-const THREE: [(f64, f64); 3] = [
-    (-0.774_596_669_241_483_4, 5.0 / 9.0),
-    (0.0, 8.0 / 9.0),
-    (0.774_596_669_241_483_4, 5.0 / 9.0),
-];
+const THREE: [(f64, f64); 3] =
+    [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 /// A cell is halved at most this often.
 const MAX_DEPTH: u32 = 5;
 /// Accepted difference between the two rules, relative to the cell.

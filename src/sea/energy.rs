@@ -29,7 +29,11 @@ impl Jonswap {
         }
         let alpha = 0.076 * libm::pow(chi, -0.22);
         let peak = 22.0 * gravity / u * libm::pow(chi, -1.0 / 3.0);
-        (alpha.is_finite() && peak.is_finite()).then_some(Self { scale: alpha * gravity * gravity, peak, gamma: wind.gamma })
+        (alpha.is_finite() && peak.is_finite()).then_some(Self {
+            scale: alpha * gravity * gravity,
+            peak,
+            gamma: wind.gamma,
+        })
     }
 
     /// A sea of given height and peak period, normalised numerically so that Hs is exact (DNV-RP-C205 3.5.5).

@@ -112,9 +112,11 @@ fn automatic(scene: &Scene, n: usize, band_limit: f64, wanted_m: f64) -> Vec<Pat
         ..scene.sea.clone()
     };
     let strongest = Spectrum::new(&with_wind(scene.wind_range_mps.map_or(0.0, |range| range[1])));
-    let measured = scene.sea.measured.as_ref().map(|record| {
-        2.0 * PI / strongest.dispersion().wavenumber(2.0 * PI * record.peak_hz())
-    });
+    let measured = scene
+        .sea
+        .measured
+        .as_ref()
+        .map(|record| 2.0 * PI / strongest.dispersion().wavenumber(2.0 * PI * record.peak_hz()));
     let longest = strongest.longest_peak_m().into_iter().chain(measured).fold(0.0, f64::max);
     let longest = if longest > 0.0 { longest } else { 10.0 };
 

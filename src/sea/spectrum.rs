@@ -31,7 +31,8 @@ impl Spectrum {
         let dispersion = Dispersion::new(state.water);
         let gravity = state.water.gravity;
         let wind = state.wind.and_then(|wind| Some((wind, Jonswap::of_wind(&wind, gravity)?)));
-        let swell = |s: &crate::scene::Swell| Some((Jonswap::of_swell(s)?, s.spread_s, travel_angle(s.direction_from_deg)));
+        let swell =
+            |s: &crate::scene::Swell| Some((Jonswap::of_swell(s)?, s.spread_s, travel_angle(s.direction_from_deg)));
         let swells: Vec<_> = state.swells.iter().filter_map(swell).collect();
         let mut m0: f64 = swells.iter().map(|(jonswap, ..)| jonswap.m0()).sum();
         m0 += state.measured.as_ref().map_or(0.0, crate::scene::MeasuredSpectrum::m0);

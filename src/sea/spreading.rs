@@ -36,11 +36,7 @@ fn gamma_ratio(x: f64) -> f64 {
 
 /// Exponent s of Hasselmann et al. (1980): `x` = w / wp, `inverse_age` = U wp / g.
 pub fn hasselmann_s(x: f64, inverse_age: f64) -> f64 {
-    let s = if x <= 1.0 {
-        6.97 * libm::pow(x, 4.06)
-    } else {
-        9.77 * libm::pow(x, -2.33 - 1.45 * (inverse_age - 1.17))
-    };
+    let s = if x <= 1.0 { 6.97 * libm::pow(x, 4.06) } else { 9.77 * libm::pow(x, -2.33 - 1.45 * (inverse_age - 1.17)) };
     s.clamp(0.0, MAX_S)
 }
 

@@ -69,8 +69,12 @@ impl Timeline {
         let layout = Layout::of(scene);
         let draw = Draw::new(scene.seed, &layout);
         let first = Stage::new(None, scene.sea.clone());
-        let mut timeline =
-            Self { scene: Arc::new(scene.clone()), layout: Arc::new(layout), draw: Arc::new(draw), stages: vec![first] };
+        let mut timeline = Self {
+            scene: Arc::new(scene.clone()),
+            layout: Arc::new(layout),
+            draw: Arc::new(draw),
+            stages: vec![first],
+        };
         for change in changes {
             timeline.insert(*change);
         }
@@ -137,7 +141,8 @@ impl Timeline {
     /// The sea of a tick.
     pub fn at(&self, tick: i64) -> Sea {
         let parts = self.parts(tick);
-        let weighted = |value: &dyn Fn(&StageEnergy) -> f64| -> f64 { parts.iter().map(|(part, w)| w * value(part)).sum() };
+        let weighted =
+            |value: &dyn Fn(&StageEnergy) -> f64| -> f64 { parts.iter().map(|(part, w)| w * value(part)).sum() };
         let rotation = self.rotation(self.newest(tick));
         let widenings: Vec<_> = self.weights(tick).into_iter().map(|(stage, w)| (self.rotation(stage), w)).collect();
         let cascade = |index: usize| {
@@ -244,7 +249,8 @@ impl Timeline {
                 });
                 (cycles, offset)
             };
-            let widening_of = |i: usize| if wavenumber(i) == 0.0 { 0.0 } else { dispersion.depth_widening(wavenumber(i)) };
+            let widening_of =
+                |i: usize| if wavenumber(i) == 0.0 { 0.0 } else { dispersion.depth_widening(wavenumber(i)) };
             let modes = (half + 1) * side;
             turns.push((0..modes).map(turns_of).collect());
             widening.push((0..modes).map(widening_of).collect());

@@ -11,7 +11,9 @@ fn close(got: f64, want: f64, relative: f64) {
 
 #[test]
 fn jonswap_by_wind_and_fetch_has_the_published_heights_and_peaks() {
-    for (speed_mps, fetch_m, hs, tp) in [(10.0, 1e5, 2.139, 6.232), (15.0, 3e5, 5.647, 10.289), (20.0, 1e5, 3.954, 7.852)] {
+    for (speed_mps, fetch_m, hs, tp) in
+        [(10.0, 1e5, 2.139, 6.232), (15.0, 3e5, 5.647, 10.289), (20.0, 1e5, 3.954, 7.852)]
+    {
         let wind = swellcast::scene::WindSea { speed_mps, fetch_m, direction_from_deg: 0.0, gamma: 3.3, swell: 0.0 };
         let jonswap = Jonswap::of_wind(&wind, 9.81).unwrap();
         close(4.0 * jonswap.m0().sqrt(), hs, 1e-3);
@@ -54,7 +56,10 @@ fn every_preset_holds_the_energy_its_spectrum_wants() {
     for (name, _) in PRESETS {
         let timeline = Timeline::new(&preset(name).unwrap());
         let (got, want) = (timeline.hs_at(0), timeline.wanted_hs_at(0));
-        println!("{name}: Hs {got:.4} m of {want:.4} m, {:?}", timeline.layout().cascades.iter().map(|c| c.patch_m).collect::<Vec<_>>());
+        println!(
+            "{name}: Hs {got:.4} m of {want:.4} m, {:?}",
+            timeline.layout().cascades.iter().map(|c| c.patch_m).collect::<Vec<_>>()
+        );
         assert!(want > 0.0, "{name} is flat");
         close(got, want, 0.01);
     }

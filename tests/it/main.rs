@@ -1,3 +1,5 @@
 //! One integration binary; each module says which laws it holds.
 
+mod cpu;
 mod laws;
+mod support;

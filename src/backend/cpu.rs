@@ -1,0 +1,141 @@
+//! The passes on the CPU, fields side by side over the threads.
+
+use rayon::prelude::*;
+use rustfft::num_complex::Complex32;
+
+use super::{Backend, BackendError, CascadeSurface, Surface, Tap};
+use crate::pass::evolve::EvolveTable;
+use crate::pass::transform::{Transform, Workspace};
+use crate::pass::{assemble, foam};
+use crate::plan::{CascadePlan, Field, FieldSet, Plan};
+use crate::sea::{Cascade, Sea, turn_of_tick};
+
+/// The CPU backend. Gives the same bytes on any number of threads.
+pub struct Cpu {
+    threads: rayon::ThreadPool,
+    repeat: u64,
+    foam_threshold: f32,
+    cascades: Vec<CascadeEngine>,
+    surface: Surface,
+}
+
+struct CascadeEngine {
+    cascade: Cascade,
+    table: EvolveTable,
+    transform: Transform,
+    workspaces: Vec<Workspace>,
+    heights: Vec<Complex32>,
+    held_foam: Vec<f32>,
+}
+
+impl Cpu {
+    /// A backend with its own threads; `None` takes one for each core.
+    ///
+    /// # Panics
+    /// If the system gives no threads.
+    pub fn new(threads: Option<usize>) -> Self {
+        let threads = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.unwrap_or(0))
+            .thread_name(|i| format!("swellcast-cpu-{i}"))
+            .build()
+            .expect("the system gives threads at start");
+        Self { threads, repeat: 1, foam_threshold: 0.0, cascades: Vec::new(), surface: Surface::default() }
+    }
+}
+
+impl Backend for Cpu {
+    fn name(&self) -> &'static str {
+        "cpu"
+    }
+
+    fn load(&mut self, sea: &Sea) -> Result<(), BackendError> {
+        self.repeat = sea.repeat;
+        self.foam_threshold = sea.foam_threshold as f32;
+        let same_layout = self.cascades.iter().map(|c| c.cascade).eq(sea.cascades.iter().map(|c| c.cascade));
+        let tables = self.threads.install(|| {
+            sea.cascades.par_iter().map(|modes| EvolveTable::new(modes, sea.choppiness)).collect::<Vec<_>>()
+        });
+        if same_layout {
+            self.cascades.iter_mut().zip(tables).for_each(|(engine, table)| engine.table = table);
+        } else {
+            self.cascades = sea.cascades.iter().zip(tables).map(|(m, t)| CascadeEngine::new(m.cascade, t)).collect();
+            let surface = |engine: &CascadeEngine| CascadeSurface { n: engine.cascade.n, ..CascadeSurface::default() };
+            self.surface.cascades = self.cascades.iter().map(surface).collect();
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, tick: i64, plan: &Plan) -> Result<&Surface, BackendError> {
+        if plan.cascades.len() != self.cascades.len() {
+            return Err(BackendError::PlanMismatch { plan: plan.cascades.len(), sea: self.cascades.len() });
+        }
+        let turn = turn_of_tick(tick, self.repeat);
+        let threshold = self.foam_threshold;
+        let work = self.cascades.par_iter_mut().zip(&mut self.surface.cascades).zip(&plan.cascades);
+        self.threads.install(|| work.for_each(|((engine, surface), plan)| engine.step(turn, threshold, plan, surface)));
+        self.surface.tick = tick;
+        Ok(&self.surface)
+    }
+
+    fn tap(&self, cascade: usize, tap: Tap) -> Option<Vec<f32>> {
+        let engine = self.cascades.get(cascade)?;
+        match tap {
+            Tap::Heights => Some(engine.heights.iter().flat_map(|h| [h.re, h.im]).collect()),
+            Tap::HeldFoam => Some(engine.held_foam.clone()),
+        }
+    }
+}
+
+impl CascadeEngine {
+    fn new(cascade: Cascade, table: EvolveTable) -> Self {
+        let transform = Transform::new(cascade.n, cascade.half);
+        let modes = (cascade.half + 1) * (2 * cascade.half + 1);
+        Self {
+            cascade,
+            table,
+            transform,
+            workspaces: Vec::new(),
+            heights: vec![Complex32::ZERO; modes],
+            held_foam: Vec::new(),
+        }
+    }
+
+    fn step(&mut self, turn: u32, foam_threshold: f32, plan: &CascadePlan, surface: &mut CascadeSurface) {
+        let samples = self.cascade.n * self.cascade.n;
+        let assembled = plan.foam.is_some() || plan.fields.contains(Field::Jacobian);
+        let needed = plan.fields.union(plan.transforms);
+        let needed = if assembled { needed.union(FieldSet::DERIVATIVES).with(Field::Jacobian) } else { needed };
+        for (field, plane) in Field::ALL.into_iter().zip(&mut surface.planes) {
+            plane.resize(if needed.contains(field) { samples } else { 0 }, 0.0);
+            // A field that needs no transform is nothing, not what stood there before.
+            if FieldSet::SPECTRAL.difference(plan.transforms).contains(field) {
+                plane.fill(0.0);
+            }
+        }
+        if !plan.transforms.is_empty() {
+            self.transform_all(turn, plan.transforms, surface);
+        }
+        if assembled {
+            let [.., dxx, dzz, dxz, jacobian, shown] = &mut surface.planes;
+            assemble::jacobian(dxx, dzz, dxz, jacobian);
+            if let Some(work) = plan.foam {
+                self.held_foam.resize(samples, 0.0);
+                foam::foam(&mut self.held_foam, jacobian, foam_threshold, work, shown);
+            }
+        }
+    }
+
+    fn transform_all(&mut self, turn: u32, fields: FieldSet, surface: &mut CascadeSurface) {
+        self.table.heights(turn, &mut self.heights);
+        while self.workspaces.len() < fields.len() {
+            self.workspaces.push(self.transform.workspace());
+        }
+        let (table, transform, heights) = (&self.table, &self.transform, &self.heights);
+        let planes = Field::ALL.into_iter().zip(&mut surface.planes).filter(|(field, _)| fields.contains(*field));
+        let jobs: Vec<_> = planes.zip(&mut self.workspaces).collect();
+        jobs.into_par_iter().for_each(|((field, plane), workspace)| {
+            let (factors, odd) = table.factors(field);
+            transform.run(heights, factors, odd, workspace, plane);
+        });
+    }
+}

@@ -1,0 +1,8 @@
+//! The passes in the order they run, in f32 on the CPU: evolve, transform, assemble, foam.
+//!
+//! Invariant: a pass gives the same bits on any number of threads.
+
+pub mod assemble;
+pub mod evolve;
+pub mod foam;
+pub mod transform;

@@ -1,0 +1,11 @@
+//! The same sea in f64, slow and obvious: the control that every fast path is measured against. Never optimised.
+
+mod direct;
+mod foam;
+mod grid;
+mod probe;
+
+pub use direct::{Point, at};
+pub use foam::held_foam;
+pub use grid::fields;
+pub use probe::{Probe, probe};
