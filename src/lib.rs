@@ -15,3 +15,7 @@ pub mod pass;
 pub mod backend;
 
 pub mod reference;
+
+pub mod tile;
+
+pub mod engine;

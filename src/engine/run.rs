@@ -1,0 +1,249 @@
+//! The step thread: waits for the next tick that is due, makes it, and warms foam in the time between.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use super::clock::Clock;
+use super::schedule::{RATES_HZ, interval_of_rate, lead_ticks, next_tick};
+use super::step::{Batch, Demand, Stepper};
+use crate::backend::{Backend, BackendError, Cpu};
+use crate::sea::Timeline;
+
+/// Foam steps run after each frame even when the next frame is already due, so that foam warms on a busy machine.
+const FOAM_STEPS_AT_LEAST: u32 = 2;
+/// Pause after a backend error.
+const AFTER_ERROR: Duration = Duration::from_millis(100);
+
+/// How the engine runs.
+#[derive(Clone, Debug, Default)]
+pub struct EngineSettings {
+    /// Threads of the CPU backend; `None`: one for each core.
+    pub threads: Option<usize>,
+}
+
+/// What the engine has done since it started.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Counters {
+    /// Ticks made.
+    pub steps: u64,
+    /// Two-dimensional transforms, foam's own included.
+    pub transforms: u64,
+    /// Ticks passed over because the machine was too slow.
+    pub skipped_frames: u64,
+    /// Frames not sent because they held a value that is not finite.
+    pub refused_frames: u64,
+    /// Errors of the backend.
+    pub backend_errors: u64,
+    /// Milliseconds that the last tick took, encoding included.
+    pub step_ms: f64,
+    /// Seconds spent in steps altogether.
+    pub step_seconds: f64,
+    /// Whether frames carry all the foam that is wanted.
+    pub foam_warm: bool,
+    /// The newest tick made; `None` before the first.
+    pub tick: Option<i64>,
+    /// Name of the backend.
+    pub backend: &'static str,
+}
+
+/// Where frames go.
+pub type Publish = Box<dyn FnMut(Batch) + Send>;
+
+/// A running engine; stops when it is dropped.
+pub struct Engine {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+struct Shared {
+    inbox: Mutex<Inbox>,
+    news: Condvar,
+    counters: Mutex<Counters>,
+    alive: AtomicBool,
+    /// Counts changes of the inbox, so that the thread looks only when there is something.
+    version: AtomicU64,
+}
+
+/// What the engine is told: the newest of each, so that it is bounded.
+#[derive(Default)]
+struct Inbox {
+    timeline: Option<Arc<Timeline>>,
+    demand: Option<Demand>,
+    stop: bool,
+}
+
+/// A poisoned lock holds plain data that is whole after every statement.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Engine {
+    /// Starts the thread. `publish` runs on it and must not block.
+    ///
+    /// # Panics
+    /// If the system gives no thread.
+    pub fn start(
+        timeline: Arc<Timeline>,
+        clock: Clock,
+        epoch: u64,
+        settings: EngineSettings,
+        publish: Publish,
+    ) -> Self {
+        let backend: Box<dyn Backend> = Box::new(Cpu::new(settings.threads));
+        let stepper = Stepper::new(backend, timeline, epoch);
+        let counters = Counters { backend: stepper.backend(), ..Counters::default() };
+        let shared = Arc::new(Shared {
+            inbox: Mutex::default(),
+            news: Condvar::new(),
+            counters: Mutex::new(counters),
+            alive: AtomicBool::new(true),
+            version: AtomicU64::new(0),
+        });
+        let of_thread = Arc::clone(&shared);
+        let work = move || {
+            let _alive = Alive(&of_thread);
+            Loop { shared: &of_thread, stepper, clock, publish, demand: Demand::new(), last: None, seen: 0 }.run();
+        };
+        let thread = std::thread::Builder::new().name("swellcast-engine".to_owned()).spawn(work);
+        Self { shared, thread: Some(thread.expect("the system gives a thread at start")) }
+    }
+
+    /// The timeline from the next step on.
+    pub fn set_timeline(&self, timeline: Arc<Timeline>) {
+        self.tell(|inbox| inbox.timeline = Some(timeline));
+    }
+
+    /// The demand from the next step on. None: the engine rests.
+    pub fn set_demand(&self, demand: Demand) {
+        self.tell(|inbox| inbox.demand = Some(demand));
+    }
+
+    /// What has been done so far.
+    pub fn counters(&self) -> Counters {
+        lock(&self.shared.counters).clone()
+    }
+
+    /// Whether the thread lives.
+    pub fn is_alive(&self) -> bool {
+        self.shared.alive.load(Relaxed)
+    }
+
+    /// Stops the thread and waits for it.
+    pub fn stop(self) {}
+
+    fn tell(&self, change: impl FnOnce(&mut Inbox)) {
+        change(&mut lock(&self.shared.inbox));
+        self.shared.version.fetch_add(1, Relaxed);
+        self.shared.news.notify_all();
+    }
+}
+
+impl Drop for Engine {
+    fn drop(&mut self) {
+        self.tell(|inbox| inbox.stop = true);
+        if let Some(thread) = self.thread.take() {
+            // A thread that panicked has said so on standard error, and `is_alive` says it, too.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Marks the engine dead however its thread ends.
+struct Alive<'a>(&'a Shared);
+
+impl Drop for Alive<'_> {
+    fn drop(&mut self) {
+        self.0.alive.store(false, Relaxed);
+    }
+}
+
+struct Loop<'a> {
+    shared: &'a Shared,
+    stepper: Stepper,
+    clock: Clock,
+    publish: Publish,
+    demand: Demand,
+    last: Option<i64>,
+    seen: u64,
+}
+
+impl Loop<'_> {
+    fn run(mut self) {
+        while self.take_news() {
+            let Some(interval) = self.demand.values().copied().min() else {
+                self.last = None;
+                self.rest(Duration::from_secs(1));
+                continue;
+            };
+            let lead = lead_ticks(interval_of_rate(RATES_HZ[0]));
+            let due = self.clock.now_tick() + lead;
+            let (tick, skipped) = next_tick(self.last, due, interval);
+            let done = if tick <= due {
+                self.make(tick, skipped, interval)
+            } else {
+                self.stepper.warm_foam(tick).map(|worked| {
+                    if !worked {
+                        self.rest(self.clock.until(tick - lead));
+                    }
+                })
+            };
+            if let Err(error) = done {
+                tracing::error!(%error, "backend");
+                lock(&self.shared.counters).backend_errors += 1;
+                self.rest(AFTER_ERROR);
+            }
+        }
+    }
+
+    fn make(&mut self, tick: i64, skipped: u64, interval: i64) -> Result<(), BackendError> {
+        let started = self.clock.now_us();
+        // Also after an error: the next attempt is the next tick.
+        self.last = Some(tick);
+        let batch = self.stepper.frames(tick, &self.demand)?;
+        let ms = (self.clock.now_us() - started) as f64 / 1e3;
+        {
+            let mut counters = lock(&self.shared.counters);
+            counters.steps += 1;
+            counters.transforms += batch.transforms;
+            counters.skipped_frames += skipped;
+            counters.refused_frames += batch.refused;
+            counters.step_ms = ms;
+            counters.step_seconds += ms / 1e3;
+            counters.tick = Some(tick);
+        }
+        (self.publish)(batch);
+        for _ in 0..FOAM_STEPS_AT_LEAST {
+            self.stepper.warm_foam(tick + interval)?;
+        }
+        lock(&self.shared.counters).foam_warm = self.stepper.foam_is_warm(tick + interval);
+        Ok(())
+    }
+
+    /// Takes what the engine was told; false to stop.
+    fn take_news(&mut self) -> bool {
+        let version = self.shared.version.load(Relaxed);
+        if version == self.seen {
+            return true;
+        }
+        self.seen = version;
+        let Inbox { timeline, demand, stop } = std::mem::take(&mut *lock(&self.shared.inbox));
+        if let Some(timeline) = timeline {
+            self.stepper.set_timeline(timeline);
+        }
+        if let Some(demand) = demand {
+            self.demand = demand.into_iter().filter(|(_, interval)| *interval > 0).collect();
+            self.stepper.set_demand(&self.demand);
+        }
+        !stop
+    }
+
+    /// Waits, at most this long, for news.
+    fn rest(&self, at_most: Duration) {
+        let inbox = lock(&self.shared.inbox);
+        let no_news = |_: &mut Inbox| self.shared.version.load(Relaxed) == self.seen;
+        // Poisoned or timed out: the loop looks again in any case.
+        drop(self.shared.news.wait_timeout_while(inbox, at_most, no_news));
+    }
+}

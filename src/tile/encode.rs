@@ -1,0 +1,96 @@
+//! Frames of one unit at one tick: header and payload in one piece of bytes that everybody shares.
+
+use bytes::Bytes;
+use thiserror::Error;
+
+use super::level::{Tile, averages, samples, tiles_per_side};
+use super::quantise::{quantise, quantiser_step};
+use crate::wire::{CODEC_I16, FLAG_KEY, FLAG_SATURATED, FrameHeader, Group, HEADER_BYTES, MAGIC, TILE, UnitName};
+
+/// What a frame says beside its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stamp {
+    /// The tick.
+    pub tick: i64,
+    /// Identity of the timeline.
+    pub epoch: u64,
+    /// Newest change in effect at the tick.
+    pub sequence: u64,
+    /// Generation of the layout.
+    pub layout: u32,
+}
+
+/// Why no frame was made. A frame with a wrong number is never sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum EncodeError {
+    /// A sample was not a number, or infinite.
+    #[error("{channel} holds a value that is not finite")]
+    NotFinite {
+        /// The channel's name.
+        channel: &'static str,
+    },
+}
+
+/// Encodes one unit: one frame per tile. `planes` are the group's channels, each n x n, `[z][x]`.
+///
+/// # Errors
+/// [`EncodeError::NotFinite`].
+///
+/// # Panics
+/// If there are fewer planes than the group has channels, or one is not n x n.
+pub fn encode(unit: UnitName, n: usize, planes: &[&[f32]], stamp: Stamp) -> Result<Vec<Bytes>, EncodeError> {
+    let level_n = n >> unit.level;
+    let tiles = tiles_per_side(level_n);
+    let side = level_n.min(TILE);
+    (0..tiles * tiles).map(|i| encode_tile(unit, n, planes, stamp, Tile { side, x: i % tiles, z: i / tiles })).collect()
+}
+
+fn encode_tile(unit: UnitName, n: usize, planes: &[&[f32]], stamp: Stamp, tile: Tile) -> Result<Bytes, EncodeError> {
+    let channels = unit.group.channels();
+    let plane_bytes = tile.side * tile.side * 2;
+    let mut frame = vec![0; HEADER_BYTES + channels.len() * plane_bytes];
+    let step = quantiser_step(unit.class, unit.group);
+    let stride = 1 << unit.level;
+    let mut flags = FLAG_KEY;
+    let payload = frame[HEADER_BYTES..].chunks_exact_mut(plane_bytes);
+    for ((counts, plane), channel) in payload.zip(planes).zip(channels) {
+        let found = match unit.group {
+            Group::Foam if unit.level > 0 => quantise(averages(plane, n, stride, tile), step, counts),
+            _ => quantise(samples(plane, n, stride, tile), step, counts),
+        };
+        if found.not_finite {
+            return Err(EncodeError::NotFinite { channel });
+        }
+        if found.saturated {
+            flags |= FLAG_SATURATED;
+        }
+    }
+    let per_channel = |value: f32| std::array::from_fn(|i| if i < channels.len() { value } else { 0.0 });
+    let header = FrameHeader {
+        magic: MAGIC,
+        header_bytes: HEADER_BYTES as u16,
+        cascade: unit.cascade,
+        level: unit.level,
+        class: unit.class.id(),
+        group: unit.group.id(),
+        codec: CODEC_I16,
+        flags,
+        n: tile.side as u16,
+        level_n: (n >> unit.level) as u16,
+        tile_x: tile.x as u16,
+        tile_z: tile.z as u16,
+        channels: channels.len() as u16,
+        zero_a: 0,
+        tick: stamp.tick as u64,
+        epoch: stamp.epoch,
+        sequence: stamp.sequence,
+        layout: stamp.layout,
+        payload_bytes: (channels.len() * plane_bytes) as u32,
+        step: per_channel(step),
+        max_error: per_channel(unit.class.max_error(unit.group)),
+        crc: 0,
+        zero_b: 0,
+    };
+    header.seal(&mut frame);
+    Ok(Bytes::from(frame))
+}

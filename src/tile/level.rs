@@ -1,0 +1,56 @@
+//! Levels of detail: halvings of a grid that lose no wave, and the tiles a level is cut into.
+
+use crate::sea::Cascade;
+use crate::wire::TILE;
+
+/// Smallest side of a level.
+const SMALLEST: usize = 8;
+
+/// Levels that a cascade can be asked at. Its band ends well below Nyquist, so taking every second sample loses
+/// nothing as long as the highest mode stays below the coarser grid's Nyquist.
+pub fn levels(cascade: &Cascade) -> u8 {
+    let holds = |level: u8| {
+        let n = cascade.n >> level;
+        n >= SMALLEST && cascade.half < n / 2
+    };
+    (1..8).take_while(|level| holds(*level)).count() as u8 + 1
+}
+
+/// Tiles along a side of a level with `n` samples a side.
+pub fn tiles_per_side(n: usize) -> usize {
+    n.div_ceil(TILE)
+}
+
+/// Samples of a tile, row by row, out of a plane of `n` x `n`, taking every `stride`-th sample.
+pub fn samples(plane: &[f32], n: usize, stride: usize, tile: Tile) -> impl Iterator<Item = f32> {
+    let rows = (tile.z * tile.side..(tile.z + 1) * tile.side).map(move |z| z * stride * n);
+    let columns = move || (tile.x * tile.side..(tile.x + 1) * tile.side).map(move |x| x * stride);
+    rows.flat_map(move |row| columns().map(move |column| plane[row + column]))
+}
+
+/// Samples of a tile as averages around every `stride`-th sample: for foam, whose edges are no band-limited waves.
+/// Weights fall linearly to nothing at the neighbouring samples, so the averages add up to the whole.
+pub fn averages(plane: &[f32], n: usize, stride: usize, tile: Tile) -> impl Iterator<Item = f32> {
+    let reach = stride as isize;
+    let weight = move |d: isize| (reach - d.abs()) as f32 / (reach * reach) as f32;
+    let at = move |centre: usize, d: isize| (centre as isize + d).rem_euclid(n as isize) as usize;
+    let average = move |z: usize, x: usize| {
+        let row =
+            |dz: isize| -> f32 { (1 - reach..reach).map(|dx| weight(dx) * plane[at(z, dz) * n + at(x, dx)]).sum() };
+        (1 - reach..reach).map(|dz| weight(dz) * row(dz)).sum::<f32>().min(1.0)
+    };
+    let side = tile.side;
+    (tile.z * side..(tile.z + 1) * side)
+        .flat_map(move |z| (tile.x * side..(tile.x + 1) * side).map(move |x| average(z * stride, x * stride)))
+}
+
+/// A square window of a level.
+#[derive(Clone, Copy, Debug)]
+pub struct Tile {
+    /// Samples a side.
+    pub side: usize,
+    /// Position in tiles.
+    pub x: usize,
+    /// Position in tiles.
+    pub z: usize,
+}

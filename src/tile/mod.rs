@@ -1,0 +1,13 @@
+//! From fields to frames and back: levels, quantising, and the payload of a frame.
+//!
+//! Invariant: a frame's bytes depend on (field, unit, tick, epoch, log) and on nothing else, so all clients share them.
+
+mod decode;
+mod encode;
+mod level;
+mod quantise;
+
+pub use decode::{DecodedFrame, decode};
+pub use encode::{EncodeError, Stamp, encode};
+pub use level::{levels, tiles_per_side};
+pub use quantise::quantiser_step;
