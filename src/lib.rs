@@ -19,3 +19,6 @@ pub mod reference;
 pub mod tile;
 
 pub mod engine;
+
+#[cfg(feature = "server")]
+pub mod cli;

@@ -115,6 +115,24 @@ impl Stepper {
         Ok(true)
     }
 
+    /// These fields of every cascade at `tick`, foam warm from the first.
+    ///
+    /// # Errors
+    /// [`BackendError`].
+    pub fn surface(&mut self, tick: i64, fields: FieldSet) -> Result<&Surface, BackendError> {
+        let settings = self.timeline.scene().effects.foam.filter(|_| fields.contains(Field::Foam));
+        self.foam.fill_with(|| settings.map(FoamTrack::new));
+        while self.warm_foam(tick)? {}
+        self.load(tick)?;
+        let choppiness = self.timeline.scene().effects.choppiness;
+        let cascade = |track: &Option<FoamTrack>| {
+            CascadePlan::new(fields, track.as_ref().map(|track| track.show(tick)), choppiness)
+        };
+        let plan = Plan { cascades: self.foam.iter().map(cascade).collect() };
+        self.foam.fill(None);
+        self.backend.step(tick, &plan)
+    }
+
     /// Frames of every unit that is wanted at `tick`. Foam is left out where it is not warm.
     ///
     /// # Errors

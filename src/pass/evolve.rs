@@ -31,7 +31,7 @@ impl EvolveTable {
             cycles: mode.cycles,
             offset: mode.offset,
         });
-        let factors = SPECTRAL.map(|field| {
+        let factors = Field::SPECTRAL.map(|field| {
             let factor = |(kx, kz, mode): (f64, f64, &crate::sea::Mode)| {
                 factor(field, kx, kz, choppiness * mode.widening) as f32
             };
@@ -60,9 +60,6 @@ impl EvolveTable {
         (&self.factors[field as usize], is_odd(field))
     }
 }
-
-const SPECTRAL: [Field; 8] =
-    [Field::Height, Field::Dx, Field::Dz, Field::SlopeX, Field::SlopeZ, Field::Dxx, Field::Dzz, Field::Dxz];
 
 /// An odd number of derivatives: the factor stands beside an i.
 pub fn is_odd(field: Field) -> bool {

@@ -41,6 +41,10 @@ impl Field {
         Self::Foam,
     ];
 
+    /// Those that come out of a transform, in order.
+    pub const SPECTRAL: [Self; 8] =
+        [Self::Height, Self::Dx, Self::Dz, Self::SlopeX, Self::SlopeZ, Self::Dxx, Self::Dzz, Self::Dxz];
+
     /// Name in exports and metrics.
     pub fn name(self) -> &'static str {
         ["height", "dx", "dz", "slope_x", "slope_z", "dxx", "dzz", "dxz", "jacobian", "foam"][self as usize]

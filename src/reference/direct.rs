@@ -50,7 +50,7 @@ pub fn at(sea: &Sea, cascades: &[CascadeModes], tick: i64, x0: f64, z0: f64) -> 
             let wave = Complex64::new(twice * libm::cos(angle), twice * libm::sin(angle));
             let (h, rate) = height(mode, tick, sea.repeat);
             let chop = sea.choppiness * mode.widening;
-            for (value, field) in point.fields.iter_mut().zip(Field::ALL) {
+            for (value, field) in point.fields.iter_mut().zip(Field::SPECTRAL) {
                 *value += (complex_factor(field, kx, kz, chop) * h * wave).re;
             }
             for (value, field) in point.velocity.iter_mut().zip([Field::Dx, Field::Height, Field::Dz]) {

@@ -6,6 +6,6 @@ mod grid;
 mod probe;
 
 pub use direct::{Point, at};
-pub use foam::held_foam;
+pub use foam::{foam, jacobian};
 pub use grid::fields;
 pub use probe::{Probe, probe};

@@ -22,6 +22,8 @@ impl Foam {
     pub const STEP_TICKS: i64 = 720;
     /// Foam below this is none: what makes its memory finite.
     pub const FLUSH: f64 = 1.0 / 512.0;
+    /// Jacobian from the threshold down to which foam grows from none to full.
+    pub const SOURCE_WIDTH: f64 = 0.15;
     /// Most steps a state may remember.
     pub const MAX_MEMORY_STEPS: i64 = 200;
 

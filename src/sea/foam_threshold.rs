@@ -4,7 +4,7 @@ use super::table::EnergyTable;
 use crate::scene::{Foam, SeaState};
 
 /// How much more area holds foam than is breaking at one moment, since foam outlives its breaker.
-const PERSISTENCE: f64 = 10.0;
+const PERSISTENCE: f64 = 3.0;
 /// Thresholds stay where foam is neither everywhere nor missing from a folded crest.
 const BOUNDS: (f64, f64) = (0.0, 0.95);
 

@@ -86,3 +86,70 @@ fn cosine_and_sine_of_a_turn_are_good_to_2_to_the_minus_24() {
     }
     assert!(worst < 3.6e-8, "{worst}");
 }
+
+#[test]
+fn sampled_heights_over_seeds_have_the_energy_of_the_modes() {
+    let mut scene = preset("beaufort-5").unwrap();
+    let layout = Timeline::new(&scene).layout().clone();
+    let table = sea::EnergyTable::build(&scene.sea, &layout);
+    // Variance of a patch's mean square: each pair of opposite modes is one complex Gaussian, |h|^2 exponential.
+    let pairs = |energy: &Vec<f64>| -> f64 {
+        (0..energy.len() / 2).map(|i| (energy[i] + energy[energy.len() - 1 - i]).powi(2)).sum()
+    };
+    let spread: f64 = table.energy.iter().map(pairs).sum();
+    let seeds = 20;
+    let mut sum = 0.0;
+    for seed in 0..seeds {
+        scene.seed = seed;
+        let timeline = Timeline::new(&scene);
+        for cascade in 0..layout.cascades.len() {
+            let height =
+                crate::support::cpu_fields(&timeline, 4321, cascade, &[swellcast::plan::Field::Height]).remove(0);
+            sum += height.iter().map(|h| f64::from(*h).powi(2)).sum::<f64>() / height.len() as f64;
+        }
+    }
+    let (m0, want) = (sum / seeds as f64, table.resolved_m0());
+    let error = (spread / seeds as f64).sqrt();
+    println!("m0 {m0:.5} m^2 of {want:.5} m^2, standard error {error:.5}");
+    assert!(3.0 * error < 0.04 * want, "the sample is too small to tell anything: Hs to {}", 1.5 * error / want);
+    assert!((m0 - want).abs() <= 3.0 * error);
+}
+
+#[test]
+fn a_mode_keeps_its_draw_on_another_grid() {
+    assert_eq!(sea::gaussian_pair(5, 1, -3, 7), sea::gaussian_pair(5, 1, -3, 7));
+    let (mut sum, mut squares, mut cross) = (0.0, 0.0, 0.0);
+    let count = 100_000;
+    for i in 0..count {
+        let (a, b) = sea::gaussian_pair(9, 0, i % 317, i / 317);
+        (sum, squares, cross) = (sum + a + b, squares + a * a + b * b, cross + a * b);
+    }
+    let per = 2.0 * f64::from(count);
+    assert!((sum / per).abs() < 0.01 && (squares / per - 1.0).abs() < 0.015 && (cross / per).abs() < 0.01);
+}
+
+#[test]
+fn a_measured_sea_keeps_the_directions_of_its_record() {
+    let scene = preset("ndbc-41010").unwrap();
+    let record = scene.sea.measured.clone().unwrap();
+    let measured = sea::MeasuredSea::new(&record);
+    println!("{} bins infeasible, {} without direction", measured.infeasible(), measured.missing());
+    for bin in record.bins().iter().filter(|bin| bin.density > 0.1) {
+        let Some(spread) = bin.direction else { continue };
+        let omega = 2.0 * PI * bin.frequency_hz;
+        let (mut a, mut b, mut total) = (0.0, 0.0, 0.0);
+        let steps = 3600;
+        for i in 0..steps {
+            let theta = 2.0 * PI * f64::from(i) / f64::from(steps);
+            let d = measured.density(omega, theta);
+            assert!(d >= 0.0);
+            (a, b, total) = (a + d * theta.cos(), b + d * theta.sin(), total + d);
+        }
+        // Travel toward theta is coming from theta - 90 degrees on the compass, turned about.
+        let from = (b.atan2(a).to_degrees() - 90.0).rem_euclid(360.0);
+        let turn = (from - spread.alpha1_deg + 180.0).rem_euclid(360.0) - 180.0;
+        assert!(turn.abs() < 0.1, "from {from}, the record says {}", spread.alpha1_deg);
+        close(a.hypot(b) / total, spread.r1, 0.01);
+        close(total * 2.0 * PI / f64::from(steps) * 2.0 * PI, bin.density, 0.01);
+    }
+}

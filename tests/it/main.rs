@@ -1,5 +1,7 @@
 //! One integration binary; each module says which laws it holds.
 
+mod changes;
 mod cpu;
+mod frames;
 mod laws;
 mod support;

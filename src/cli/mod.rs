@@ -1,0 +1,49 @@
+//! The command line: one thin subcommand a file. Exit status 0 good, 1 failed, 2 bad usage.
+
+mod export;
+mod npz;
+mod probe;
+mod scene;
+mod serve;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// One spectral ocean, simulated once and streamed to many thin clients.
+#[derive(Debug, Parser)]
+#[command(version, about, args_conflicts_with_subcommands = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    serve: serve::ServeArguments,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Serve a scene; also what happens without a command.
+    Serve(serve::ServeArguments),
+    /// Write the fields of one tick to an .npz file.
+    Export(export::ExportArguments),
+    /// Print the water at one point of the world as JSON.
+    Probe(probe::ProbeArguments),
+}
+
+/// Runs the program.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let done = match arguments.command {
+        None => serve::run(arguments.serve),
+        Some(Command::Serve(arguments)) => serve::run(arguments),
+        Some(Command::Export(arguments)) => export::run(&arguments),
+        Some(Command::Probe(arguments)) => probe::run(&arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("swellcast: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

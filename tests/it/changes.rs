@@ -1,0 +1,114 @@
+//! A change of wind blends: nothing pops, overlapping changes included, and every server agrees.
+
+use swellcast::backend::{Backend, Cpu};
+use swellcast::plan::Field;
+use swellcast::scene::{Change, ChangeKind, Scene, preset};
+use swellcast::sea::Timeline;
+
+use crate::support::plan;
+
+const FRAME: i64 = 240;
+const SECOND: i64 = 7200;
+
+fn wind(sequence: u64, at: i64, seconds: i64, speed_mps: f64, from: f64) -> Change {
+    let kind = ChangeKind::Wind { speed_mps, direction_from_deg: from };
+    Change { sequence, effective_tick: at, transition_ticks: seconds * SECOND, kind }
+}
+
+fn scene_at(speed: f64) -> Scene {
+    let mut scene = preset("beaufort-5").unwrap();
+    scene.sea.wind.as_mut().unwrap().speed_mps = speed;
+    scene
+}
+
+/// Largest change of the summed height of any of 65,536 points from one frame to the next, over some frames.
+fn largest_step(timeline: &Timeline, from: i64, frames: i64) -> f32 {
+    let mut cpu = Cpu::new(Some(2));
+    let (mut before, mut largest): (Vec<f32>, f32) = (Vec::new(), 0.0);
+    let mut loaded: Option<i64> = None;
+    for frame in 0..=frames {
+        let tick = from + frame * FRAME;
+        if !loaded.is_some_and(|loaded| timeline.same_sea(loaded, tick)) {
+            cpu.load(&timeline.at(tick)).unwrap();
+            loaded = Some(tick);
+        }
+        let surface = cpu.step(tick, &plan(&timeline.at(tick), &[Field::Height])).unwrap();
+        let mut height = vec![0.0; 65_536];
+        for cascade in &surface.cascades {
+            for (sum, h) in height.iter_mut().zip(cascade.plane(Field::Height).unwrap()) {
+                *sum += h;
+            }
+        }
+        for (a, b) in before.iter().zip(&height) {
+            largest = largest.max((a - b).abs());
+        }
+        before = height;
+    }
+    largest
+}
+
+fn steady(speed: f64) -> f32 {
+    largest_step(&Timeline::new(&scene_at(speed)), 100 * SECOND, 150)
+}
+
+#[test]
+fn a_change_of_wind_moves_no_point_faster_than_a_steady_sea_does() {
+    let (calm, rough) = (steady(5.0), steady(20.0));
+    let at = 100 * SECOND;
+    for (from, to) in [(5.0, 20.0), (20.0, 5.0)] {
+        let timeline = Timeline::new(&scene_at(from));
+        let once = timeline.with(wind(1, at, 5, to, 250.0), at);
+        let changing = largest_step(&once, at - 5 * FRAME, 160);
+        println!("{from} to {to} m/s: {changing:.4} m a frame, steady {calm:.4} and {rough:.4}");
+        assert!(changing <= 1.2 * calm.max(rough));
+
+        let interrupted = once.with(wind(2, at + 2 * SECOND, 5, from, 200.0), at);
+        let changing = largest_step(&interrupted, at - 5 * FRAME, 220);
+        println!("{from} to {to} m/s and back after 2 s: {changing:.4} m a frame");
+        assert!(changing <= 1.2 * calm.max(rough));
+    }
+}
+
+#[test]
+fn energy_never_rises_above_both_ends_of_a_change() {
+    let at = 50 * SECOND;
+    let timeline = Timeline::new(&scene_at(5.0)).with(wind(1, at, 10, 15.0, 90.0), at);
+    let timeline = timeline.with(wind(2, at + 3 * SECOND, 10, 8.0, 250.0), at);
+    let highest =
+        [5.0, 15.0, 8.0].map(|speed| Timeline::new(&scene_at(speed)).hs_at(0)).into_iter().fold(0.0, f64::max);
+    for second in -1..16 {
+        assert!(timeline.hs_at(at + second * SECOND) <= highest * (1.0 + 1e-12));
+    }
+    let end = Timeline::new(&scene_at(8.0)).hs_at(0);
+    assert!((timeline.hs_at(at + 20 * SECOND) - end).abs() < 1e-9);
+}
+
+#[test]
+fn the_order_in_which_changes_were_accepted_does_not_matter_to_the_sea() {
+    let scene = scene_at(6.0);
+    let depth = |sequence, at, depth_m| Change {
+        sequence,
+        effective_tick: at,
+        transition_ticks: 0,
+        kind: ChangeKind::Water { depth_m },
+    };
+    let late = wind(1, 40 * SECOND, 5, 12.0, 200.0);
+    let early = depth(2, 10 * SECOND, Some(15.0));
+    let last = depth(3, 60 * SECOND, None);
+    let one_by_one = Timeline::new(&scene).with(late, 0).with(early, 0).with(last, 0);
+    let replayed = Timeline::replay(&scene, &[early, late, last], 100 * SECOND);
+    for second in [0, 9, 10, 41, 50, 61, 1000] {
+        let tick = second * SECOND;
+        assert!(one_by_one.at(tick) == replayed.at(tick), "the seas differ after {second} s");
+        assert_eq!(one_by_one.state_at(tick), replayed.state_at(tick));
+    }
+}
+
+#[test]
+fn a_change_leaves_the_past_alone() {
+    let timeline = Timeline::new(&scene_at(9.0));
+    let changed = timeline.with(wind(1, 500, 0, 18.0, 0.0), 0);
+    assert!(timeline.at(499) == changed.at(499));
+    assert!(timeline.at(500) != changed.at(500));
+    assert_eq!((changed.sequence_at(499), changed.sequence_at(500)), (0, 1));
+}

@@ -1,0 +1,164 @@
+//! Frames are a function of (log, seed, tick, unit): whoever makes them, whenever they began.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use swellcast::backend::Cpu;
+use swellcast::engine::{Batch, Demand, Stepper};
+use swellcast::plan::{Field, FieldSet};
+use swellcast::reference;
+use swellcast::scene::{Change, ChangeKind, Foam, preset};
+use swellcast::sea::Timeline;
+use swellcast::tile::{decode, levels};
+use swellcast::wire::{ErrorClass, Group, UnitName};
+
+use crate::support::{max_error, wind_sea};
+
+const INTERVAL: i64 = 240;
+
+fn unit(cascade: u8, group: Group) -> UnitName {
+    UnitName { cascade, level: 0, class: ErrorClass::Millimetre, group }
+}
+
+fn everything(cascades: u8) -> Demand {
+    (0..cascades).flat_map(|c| Group::ALL.map(|group| (unit(c, group), INTERVAL))).collect()
+}
+
+fn stepper(timeline: &Timeline, demand: &Demand) -> Stepper {
+    let mut stepper = Stepper::new(Box::new(Cpu::new(Some(2))), Arc::new(timeline.clone()), 7);
+    stepper.set_demand(demand);
+    stepper
+}
+
+fn by_unit(batch: Batch) -> BTreeMap<UnitName, bytes::Bytes> {
+    batch.frames.into_iter().collect()
+}
+
+#[test]
+fn a_server_that_began_later_sends_the_same_bytes_foam_included() {
+    let at = 40 * 7200;
+    let change = Change {
+        sequence: 1,
+        effective_tick: at,
+        transition_ticks: 5 * 7200,
+        kind: ChangeKind::Wind { speed_mps: 16.0, direction_from_deg: 200.0 },
+    };
+    let timeline = Timeline::new(&wind_sea(11.0, 64, &[300.0, 40.0])).with(change, 0);
+    let demand = everything(2);
+    // One runs through every frame of 30 s and the change; the other joins in the middle of the change.
+    let mut old = stepper(&timeline, &demand);
+    let joined = at + 2 * 7200;
+    let mut tick = joined - 30 * 7200;
+    while old.warm_foam(tick).unwrap() {}
+    while tick < joined {
+        old.frames(tick, &demand).unwrap();
+        while old.warm_foam(tick + INTERVAL).unwrap() {}
+        tick += INTERVAL;
+    }
+    let mut young = stepper(&Timeline::replay(timeline.scene(), &[change], joined), &demand);
+    while young.warm_foam(joined).unwrap() {}
+    let mut foam = 0;
+    for frame in 0..6 {
+        let tick = joined + frame * INTERVAL;
+        let (old, young) = (by_unit(old.frames(tick, &demand).unwrap()), by_unit(young.frames(tick, &demand).unwrap()));
+        assert_eq!(old.len(), 8, "every unit is there, foam warm");
+        assert!(old == young, "frames differ at tick {tick}");
+        let plane = &decode(&old[&unit(1, Group::Foam)]).unwrap().planes[0];
+        foam += plane.iter().filter(|f| **f > 0.1).count();
+    }
+    assert!(foam > 30, "the test must see foam, it saw {foam} samples");
+}
+
+#[test]
+fn foam_is_absent_until_it_is_warm_and_other_frames_flow() {
+    let timeline = Timeline::new(&wind_sea(11.0, 32, &[100.0]));
+    let demand = everything(1);
+    let mut stepper = stepper(&timeline, &demand);
+    let cold = by_unit(stepper.frames(0, &demand).unwrap());
+    assert!(!cold.contains_key(&unit(0, Group::Foam)) && cold.len() == 3);
+    while stepper.warm_foam(INTERVAL).unwrap() {}
+    assert!(by_unit(stepper.frames(INTERVAL, &demand).unwrap()).contains_key(&unit(0, Group::Foam)));
+}
+
+#[test]
+fn foam_agrees_with_the_reference_recursion() {
+    let timeline = Timeline::new(&wind_sea(14.0, 32, &[60.0]));
+    let foam: Foam = timeline.scene().effects.foam.unwrap();
+    for tick in [720 * 10, 720 * 10 + 240] {
+        let mut stepper = stepper(&timeline, &Demand::new());
+        let fast = stepper.surface(tick, FieldSet::of(&[Field::Foam])).unwrap();
+        let fast = fast.cascades[0].plane(Field::Foam).unwrap().to_vec();
+        let slow = reference::foam(&timeline, 0, tick, &foam);
+        assert!(slow.iter().any(|f| *f > 0.1), "the test must see foam");
+        // Foam just above 1/512 in one arithmetic may be flushed in the other.
+        let error = max_error(&fast, &slow);
+        assert!(error < 1.1 / 512.0, "{error}");
+        let far = fast.iter().zip(&slow).filter(|(a, b)| (f64::from(**a) - **b).abs() > 1e-4).count();
+        assert!(far < 5, "{far} samples differ by more than rounding");
+    }
+}
+
+#[test]
+fn every_sample_keeps_the_error_its_frame_promises() {
+    let timeline = Timeline::new(&preset("beaufort-9").unwrap());
+    let mut stepper = stepper(&timeline, &Demand::new());
+    let tick = 9 * 7200;
+    let surface = stepper.surface(tick, FieldSet::SPECTRAL).unwrap().clone();
+    let mut demand = Demand::new();
+    for class in ErrorClass::ALL {
+        for group in [Group::Displacement, Group::Slopes, Group::Derivatives] {
+            for level in 0..levels(&timeline.layout().cascades[0]) {
+                demand.insert(UnitName { cascade: 0, level, class, group }, INTERVAL);
+            }
+        }
+    }
+    let fields = |group| match group {
+        Group::Displacement => vec![Field::Dx, Field::Height, Field::Dz],
+        Group::Slopes => vec![Field::SlopeX, Field::SlopeZ],
+        _ => vec![Field::Dxx, Field::Dzz, Field::Dxz],
+    };
+    let batch = stepper.frames(tick, &demand).unwrap();
+    assert_eq!(batch.frames.len(), demand.len());
+    for (unit, frame) in batch.frames {
+        let decoded = decode(&frame).unwrap();
+        let (n, stride) = (usize::from(decoded.header.n), 1 << unit.level);
+        for (c, field) in fields(unit.group).into_iter().enumerate() {
+            let plane = surface.cascades[0].plane(field).unwrap();
+            for (i, value) in decoded.planes[c].iter().enumerate() {
+                let exact = plane[i / n * stride * 256 + i % n * stride];
+                assert!(
+                    (value - exact).abs() <= decoded.header.max_error[c],
+                    "{unit:?} {field:?}: {value} for {exact}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_large_patch_is_cut_into_tiles_that_cover_it() {
+    let timeline = Timeline::new(&wind_sea(9.0, 512, &[500.0]));
+    let demand: Demand = [(unit(0, Group::Slopes), INTERVAL)].into();
+    let mut stepper = stepper(&timeline, &demand);
+    let batch = stepper.frames(0, &demand).unwrap();
+    assert_eq!(batch.frames.len(), 4);
+    let surface = stepper.surface(0, FieldSet::of(&[Field::SlopeX])).unwrap();
+    let plane = surface.cascades[0].plane(Field::SlopeX).unwrap();
+    for (_, frame) in batch.frames {
+        let tile = decode(&frame).unwrap();
+        let (x, z) = (usize::from(tile.header.tile_x) * 256, usize::from(tile.header.tile_z) * 256);
+        assert_eq!((tile.header.n, tile.header.level_n), (256, 512));
+        for (i, value) in tile.planes[0].iter().enumerate() {
+            let exact = plane[(z + i / 256) * 512 + x + i % 256];
+            assert!((value - exact).abs() <= tile.header.max_error[0]);
+        }
+    }
+}
+
+#[test]
+fn no_demand_is_no_work() {
+    let timeline = Timeline::new(&wind_sea(9.0, 32, &[100.0]));
+    let mut stepper = stepper(&timeline, &Demand::new());
+    assert!(!stepper.warm_foam(0).unwrap());
+    assert_eq!(stepper.frames(0, &Demand::new()).unwrap().transforms, 0);
+}
