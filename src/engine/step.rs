@@ -43,6 +43,8 @@ fn fields(group: Group) -> &'static [Field] {
 /// A sea that is stepped from outside, tick by tick.
 pub struct Stepper {
     backend: Box<dyn Backend>,
+    /// Encodes. Not rayon's own threads: those build the spectra of a change, and frames must not wait for them.
+    encoders: rayon::ThreadPool,
     timeline: Arc<Timeline>,
     epoch: u64,
     /// Tick whose sea the backend holds.
@@ -54,9 +56,14 @@ pub struct Stepper {
 
 impl Stepper {
     /// A stepper that has done nothing yet.
+    ///
+    /// # Panics
+    /// If the system gives no threads.
     pub fn new(backend: Box<dyn Backend>, timeline: Arc<Timeline>, epoch: u64) -> Self {
         let foam = vec![None; timeline.layout().cascades.len()];
-        Self { backend, timeline, epoch, loaded: None, foam, transforms: 0 }
+        let encoders = rayon::ThreadPoolBuilder::new().thread_name(|i| format!("swellcast-encode-{i}")).build();
+        let encoders = encoders.expect("the system gives threads at start");
+        Self { backend, encoders, timeline, epoch, loaded: None, foam, transforms: 0 }
     }
 
     /// Name of the backend.
@@ -166,7 +173,8 @@ impl Stepper {
             sequence: self.timeline.sequence_at(surface.tick),
             layout: self.timeline.layout().generation,
         };
-        let encoded: Vec<_> = units.into_par_iter().map(|unit| (unit, encode_unit(surface, unit, stamp))).collect();
+        let encode = |unit| (unit, encode_unit(surface, unit, stamp));
+        let encoded: Vec<_> = self.encoders.install(|| units.into_par_iter().map(encode).collect());
         let mut batch = Batch { tick: surface.tick, frames: Vec::with_capacity(encoded.len()), refused: 0, transforms };
         for (unit, frames) in encoded {
             match frames {

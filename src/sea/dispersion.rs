@@ -21,13 +21,12 @@ impl Dispersion {
 
     /// Angular frequency (rad/s) of wavenumber `k` (rad/m).
     pub fn omega(&self, k: f64) -> f64 {
-        libm::sqrt(self.restoring(k) * libm::tanh(self.kd(k)))
+        libm::sqrt(self.restoring(k) * self.tanh_kd(k))
     }
 
     /// Derivative of angular frequency by wavenumber: the group velocity, m/s. `k` above 0.
     pub fn group_velocity(&self, k: f64) -> f64 {
-        let kd = self.kd(k);
-        let tanh = libm::tanh(kd);
+        let (kd, tanh) = (self.kd(k), self.tanh_kd(k));
         let Water { gravity, tension, depth_m } = self.water;
         let bottom = if kd < DEEP { self.restoring(k) * depth_m / (libm::cosh(kd) * libm::cosh(kd)) } else { 0.0 };
         ((gravity + 3.0 * tension * k * k) * tanh + bottom) / (2.0 * self.omega(k))
@@ -53,12 +52,17 @@ impl Dispersion {
 
     /// Ratio of horizontal to vertical orbit at the surface, coth(k d), at most 3.
     pub fn depth_widening(&self, k: f64) -> f64 {
-        (1.0 / libm::tanh(self.kd(k))).min(MAX_WIDENING)
+        (1.0 / self.tanh_kd(k)).min(MAX_WIDENING)
     }
 
     /// k d, clamped where the bottom is no longer felt (cosh would overflow).
     pub fn kd(&self, k: f64) -> f64 {
         (k * self.water.depth_m).min(DEEP)
+    }
+
+    fn tanh_kd(&self, k: f64) -> f64 {
+        let kd = self.kd(k);
+        if kd < DEEP { libm::tanh(kd) } else { 1.0 }
     }
 
     fn restoring(&self, k: f64) -> f64 {

@@ -13,8 +13,8 @@ pub struct Jonswap {
     scale: f64,
     /// Peak, rad/s.
     peak: f64,
-    /// Peak enhancement.
-    gamma: f64,
+    /// Logarithm of the peak enhancement.
+    ln_gamma: f64,
 }
 
 impl Jonswap {
@@ -32,13 +32,13 @@ impl Jonswap {
         (alpha.is_finite() && peak.is_finite()).then_some(Self {
             scale: alpha * gravity * gravity,
             peak,
-            gamma: wind.gamma,
+            ln_gamma: libm::log(wind.gamma),
         })
     }
 
     /// A sea of given height and peak period, normalised numerically so that Hs is exact (DNV-RP-C205 3.5.5).
     pub fn of_swell(swell: &Swell) -> Option<Self> {
-        let unit = Self { scale: 1.0, peak: 2.0 * std::f64::consts::PI / swell.tp_s, gamma: swell.gamma };
+        let unit = Self { scale: 1.0, peak: 2.0 * std::f64::consts::PI / swell.tp_s, ln_gamma: libm::log(swell.gamma) };
         let scale = swell.hs_m * swell.hs_m / 16.0 / unit.m0();
         (scale > 0.0).then_some(Self { scale, ..unit })
     }
@@ -58,7 +58,8 @@ impl Jonswap {
         }
         let sigma = if x <= 1.0 { 0.07 } else { 0.09 };
         let r = libm::exp(-(x - 1.0) * (x - 1.0) / (2.0 * sigma * sigma));
-        self.scale * libm::pow(omega, -5.0) * libm::exp(-fall) * libm::pow(self.gamma, r)
+        let squared = omega * omega;
+        self.scale / (squared * squared * omega) * libm::exp(r * self.ln_gamma - fall)
     }
 
     /// Zeroth moment, m^2, to 1e-6: the integral of S(w) over w from 0.2 to 150 peaks (1e-9 of it lies outside).
@@ -78,6 +79,9 @@ impl Jonswap {
 /// Kitaigorodskii's depth attenuation (Bouws et al. 1985, exact form) at the k d of a wave:
 /// tanh^2(kd) / (1 + 2 kd / sinh(2 kd)).
 pub fn tma(kd: f64) -> f64 {
+    if kd >= 20.0 {
+        return 1.0;
+    }
     let tanh = libm::tanh(kd);
     // 2kd / sinh(2kd) tends to 1 in shallow water.
     let ratio = if kd < 1e-6 { 1.0 } else { 2.0 * kd / libm::sinh(2.0 * kd) };

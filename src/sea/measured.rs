@@ -52,8 +52,8 @@ impl MeasuredSea {
         Self { bins, infeasible, missing }
     }
 
-    /// S(w) D(w, theta), m^2 s / rad; `theta` is the direction of travel, `atan2(z, x)`.
-    pub fn density(&self, omega: f64, theta: f64) -> f64 {
+    /// S(w) D(w, theta), m^2 s / rad; (cos theta, sin theta) = (x, z) is the unit vector of travel.
+    pub fn density(&self, omega: f64, toward: (f64, f64)) -> f64 {
         let i = self.bins.partition_point(|bin| bin.omega <= omega);
         if i == 0 || i == self.bins.len() {
             return 0.0;
@@ -62,7 +62,7 @@ impl MeasuredSea {
         let t = (omega - low.omega) / (high.omega - low.omega);
         let part = |bin: &Bin, weight: f64| {
             let energy = weight * bin.density;
-            if energy > 0.0 { energy * bin.spreading(theta) } else { 0.0 }
+            if energy > 0.0 { energy * bin.spreading(toward) } else { 0.0 }
         };
         part(low, 1.0 - t) + part(high, t)
     }
@@ -107,8 +107,8 @@ impl Bin {
     }
 
     /// D(theta), 1/rad.
-    fn spreading(&self, theta: f64) -> f64 {
-        let turn = Complex64::new(libm::cos(theta), -libm::sin(theta));
+    fn spreading(&self, (x, z): (f64, f64)) -> f64 {
+        let turn = Complex64::new(x, -z);
         let whitened = 1.0 - self.phi1 * turn - self.phi2 * turn * turn;
         self.power / (2.0 * PI * whitened.norm_sqr())
     }

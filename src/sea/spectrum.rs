@@ -1,6 +1,6 @@
 //! All wave systems of a sea as one energy density over wave vectors, and its total.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use super::dispersion::Dispersion;
 use super::energy::{Jonswap, tma};
@@ -14,15 +14,18 @@ pub struct Spectrum {
     dispersion: Dispersion,
     gravity: f64,
     wind: Option<(WindSea, Jonswap)>,
-    /// Spectrum, exponent s, angle of travel.
-    swells: Vec<(Jonswap, f64, f64)>,
+    /// Unit vector in which the wind sea travels.
+    wind_toward: (f64, f64),
+    /// Spectrum, exponent s, unit vector of travel.
+    swells: Vec<(Jonswap, f64, (f64, f64))>,
     measured: Option<MeasuredSea>,
     m0: f64,
 }
 
-/// Angle of travel, `atan2(z, x)`, of waves from `from_deg` (clockwise from north; +X east, +Z south).
-fn travel_angle(from_deg: f64) -> f64 {
-    from_deg.to_radians() + FRAC_PI_2
+/// Unit vector (x, z) in which waves from `from_deg` (clockwise from north) travel; +X east, +Z south.
+fn toward(from_deg: f64) -> (f64, f64) {
+    let from = from_deg.to_radians();
+    (-libm::sin(from), libm::cos(from))
 }
 
 impl Spectrum {
@@ -31,15 +34,23 @@ impl Spectrum {
         let dispersion = Dispersion::new(state.water);
         let gravity = state.water.gravity;
         let wind = state.wind.and_then(|wind| Some((wind, Jonswap::of_wind(&wind, gravity)?)));
-        let swell =
-            |s: &crate::scene::Swell| Some((Jonswap::of_swell(s)?, s.spread_s, travel_angle(s.direction_from_deg)));
+        let swell = |s: &crate::scene::Swell| Some((Jonswap::of_swell(s)?, s.spread_s, toward(s.direction_from_deg)));
         let swells: Vec<_> = state.swells.iter().filter_map(swell).collect();
         let mut m0: f64 = swells.iter().map(|(jonswap, ..)| jonswap.m0()).sum();
         m0 += state.measured.as_ref().map_or(0.0, crate::scene::MeasuredSpectrum::m0);
         if let Some((_, jonswap)) = &wind {
             m0 += shoaled_m0(jonswap, &dispersion);
         }
-        Self { dispersion, gravity, wind, swells, measured: state.measured.as_ref().map(MeasuredSea::new), m0 }
+        let wind_toward = toward(wind.map_or(0.0, |(wind, _)| wind.direction_from_deg));
+        Self {
+            dispersion,
+            gravity,
+            wind,
+            wind_toward,
+            swells,
+            measured: state.measured.as_ref().map(MeasuredSea::new),
+            m0,
+        }
     }
 
     /// Zeroth moment of everything wanted, m^2; Hs = 4 sqrt(m0).
@@ -59,7 +70,8 @@ impl Spectrum {
             return 0.0;
         }
         let omega = self.dispersion.omega(k);
-        let theta = libm::atan2(kz, kx);
+        let unit = (kx / k, kz / k);
+        let cos_to = |toward: (f64, f64)| unit.0 * toward.0 + unit.1 * toward.1;
         let mut sum = 0.0;
         if let Some((wind, jonswap)) = &self.wind {
             let energy = jonswap.density(omega);
@@ -68,17 +80,17 @@ impl Spectrum {
                 let inverse_age = wind.speed_mps * jonswap.peak() / self.gravity;
                 let s = hasselmann_s(x, inverse_age) + horvath_swell_s(x, wind.swell);
                 let depth = tma(self.dispersion.kd(k));
-                sum += energy * depth * cos2s(s, theta - travel_angle(wind.direction_from_deg));
+                sum += energy * depth * cos2s(s, cos_to(self.wind_toward));
             }
         }
         for (jonswap, s, toward) in &self.swells {
             let energy = jonswap.density(omega);
             if energy > 0.0 {
-                sum += energy * cos2s(*s, theta - toward);
+                sum += energy * cos2s(*s, cos_to(*toward));
             }
         }
         if let Some(measured) = &self.measured {
-            sum += measured.density(omega, theta);
+            sum += measured.density(omega, unit);
         }
         sum * self.dispersion.group_velocity(k) / k
     }

@@ -5,12 +5,13 @@ use std::f64::consts::PI;
 /// Largest spreading exponent: a beam of 1.8 degrees.
 const MAX_S: f64 = 2000.0;
 
-/// cos^2s(theta / 2), normalised: D in 1/rad. `s` from 0 (even) up.
-pub fn cos2s(s: f64, theta: f64) -> f64 {
+/// cos^2s(theta / 2), normalised: D in 1/rad, of the cosine of theta. `s` from 0 (even) up.
+pub fn cos2s(s: f64, cos_theta: f64) -> f64 {
     let s = s.clamp(0.0, MAX_S);
-    let cosine = libm::fabs(libm::cos(0.5 * theta));
+    // cos^2(theta / 2) = (1 + cos theta) / 2; rounding may bring it a hair below 0.
+    let squared = (0.5 + 0.5 * cos_theta).max(0.0);
     // 0^0 is 1: with s = 0 energy goes everywhere.
-    let shape = if s == 0.0 { 1.0 } else { libm::pow(cosine, 2.0 * s) };
+    let shape = if s == 0.0 { 1.0 } else { libm::exp(s * libm::log(squared)) };
     shape * cos2s_norm(s)
 }
 
@@ -36,8 +37,13 @@ fn gamma_ratio(x: f64) -> f64 {
 
 /// Exponent s of Hasselmann et al. (1980): `x` = w / wp, `inverse_age` = U wp / g.
 pub fn hasselmann_s(x: f64, inverse_age: f64) -> f64 {
-    let s = if x <= 1.0 { 6.97 * libm::pow(x, 4.06) } else { 9.77 * libm::pow(x, -2.33 - 1.45 * (inverse_age - 1.17)) };
+    let s = if x <= 1.0 { 6.97 * power(x, 4.06) } else { 9.77 * power(x, -2.33 - 1.45 * (inverse_age - 1.17)) };
     s.clamp(0.0, MAX_S)
+}
+
+/// x^p of a positive x, to 1e-13: half the price of a correctly rounded power.
+fn power(x: f64, p: f64) -> f64 {
+    libm::exp(p * libm::log(x))
 }
 
 /// What swell adds to s (Horvath 2015, eq. 44): 16 tanh(wp / w) xi^2; energy narrows at low frequencies.

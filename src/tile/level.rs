@@ -21,27 +21,30 @@ pub fn tiles_per_side(n: usize) -> usize {
     n.div_ceil(TILE)
 }
 
-/// Samples of a tile, row by row, out of a plane of `n` x `n`, taking every `stride`-th sample.
-pub fn samples(plane: &[f32], n: usize, stride: usize, tile: Tile) -> impl Iterator<Item = f32> {
-    let rows = (tile.z * tile.side..(tile.z + 1) * tile.side).map(move |z| z * stride * n);
-    let columns = move || (tile.x * tile.side..(tile.x + 1) * tile.side).map(move |x| x * stride);
-    rows.flat_map(move |row| columns().map(move |column| plane[row + column]))
+/// Row `row` of a tile of the full grid.
+pub fn row_of(plane: &[f32], n: usize, tile: Tile, row: usize) -> &[f32] {
+    &plane[(tile.z * tile.side + row) * n + tile.x * tile.side..][..tile.side]
 }
 
-/// Samples of a tile as averages around every `stride`-th sample: for foam, whose edges are no band-limited waves.
-/// Weights fall linearly to nothing at the neighbouring samples, so the averages add up to the whole.
-pub fn averages(plane: &[f32], n: usize, stride: usize, tile: Tile) -> impl Iterator<Item = f32> {
+/// Row `row` of a tile, out of a plane of `n` x `n`, taking every `stride`-th sample.
+pub fn samples(plane: &[f32], n: usize, stride: usize, tile: Tile, row: usize) -> impl Iterator<Item = f32> {
+    let first = (tile.z * tile.side + row) * stride * n + tile.x * tile.side * stride;
+    plane[first..first + (tile.side - 1) * stride + 1].iter().step_by(stride).copied()
+}
+
+/// The same as averages around every `stride`-th sample: for foam, whose edges are no band-limited waves. Weights
+/// fall linearly to nothing at the neighbouring samples, so the averages add up to the whole.
+pub fn averages(plane: &[f32], n: usize, stride: usize, tile: Tile, row: usize) -> impl Iterator<Item = f32> {
     let reach = stride as isize;
     let weight = move |d: isize| (reach - d.abs()) as f32 / (reach * reach) as f32;
     let at = move |centre: usize, d: isize| (centre as isize + d).rem_euclid(n as isize) as usize;
-    let average = move |z: usize, x: usize| {
-        let row =
+    let z = (tile.z * tile.side + row) * stride;
+    let average = move |x: usize| {
+        let along =
             |dz: isize| -> f32 { (1 - reach..reach).map(|dx| weight(dx) * plane[at(z, dz) * n + at(x, dx)]).sum() };
-        (1 - reach..reach).map(|dz| weight(dz) * row(dz)).sum::<f32>().min(1.0)
+        (1 - reach..reach).map(|dz| weight(dz) * along(dz)).sum::<f32>().min(1.0)
     };
-    let side = tile.side;
-    (tile.z * side..(tile.z + 1) * side)
-        .flat_map(move |z| (tile.x * side..(tile.x + 1) * side).map(move |x| average(z * stride, x * stride)))
+    (tile.x * tile.side..(tile.x + 1) * tile.side).map(move |x| average(x * stride))
 }
 
 /// A square window of a level.

@@ -20,19 +20,27 @@ pub struct Found {
     pub not_finite: bool,
 }
 
+impl Found {
+    /// What either found.
+    pub fn and(self, other: Self) -> Self {
+        Self { saturated: self.saturated | other.saturated, not_finite: self.not_finite | other.not_finite }
+    }
+}
+
 /// Writes samples as little-endian counts.
 pub fn quantise(samples: impl Iterator<Item = f32>, step: f32, counts: &mut [u8]) -> Found {
-    // Adding and subtracting 1.5 * 2^23 rounds to even at twice the speed of round_ties_even on baseline x86-64.
+    // Adding 1.5 * 2^23 rounds to even and leaves the count, in two's complement, in the low bits of the float:
+    // twice the speed of round_ties_even on baseline x86-64.
     const ROUND: f32 = 12_582_912.0;
     let inverse = 1.0 / step;
-    let (mut widest, mut sum) = (0.0_f32, 0.0_f32);
+    let (mut wide, mut odd) = (false, false);
     for (sample, bytes) in samples.zip(counts.as_chunks_mut::<2>().0) {
         let scaled = sample * inverse;
-        widest = widest.max(scaled.abs());
-        // A NaN or an infinity stays one in a sum of products with zero; max would pass over a NaN.
-        sum += sample * 0.0;
-        let clamped = scaled.clamp(-32767.0, 32767.0);
-        *bytes = (((clamped + ROUND) - ROUND) as i16).to_le_bytes();
+        wide |= scaled.abs() > 32767.0;
+        // A NaN or an infinity times zero is not zero; a comparison would pass over a NaN.
+        odd |= sample * 0.0 != 0.0;
+        let rounded = scaled.clamp(-32767.0, 32767.0) + ROUND;
+        *bytes = (rounded.to_bits() as u16).to_le_bytes();
     }
-    Found { saturated: widest > 32767.0, not_finite: sum != 0.0 }
+    Found { saturated: wide, not_finite: odd }
 }
