@@ -21,4 +21,7 @@ pub mod tile;
 pub mod engine;
 
 #[cfg(feature = "server")]
+pub mod control;
+
+#[cfg(feature = "server")]
 pub mod cli;
