@@ -24,4 +24,7 @@ pub mod engine;
 pub mod control;
 
 #[cfg(feature = "server")]
+pub mod server;
+
+#[cfg(feature = "server")]
 pub mod cli;

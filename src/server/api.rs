@@ -1,0 +1,233 @@
+//! The HTTP side: paths, what they answer, and how a change is read.
+
+use std::sync::Arc;
+
+use axum::Router;
+use axum::body::Body;
+use axum::extract::rejection::PathRejection;
+use axum::extract::{Path, RawQuery, State};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, patch, put};
+use http::{HeaderMap, HeaderName, Method, StatusCode, Uri, header};
+use serde_json::{Value, json};
+use tokio::task::spawn_blocking;
+
+use super::fields::{Fields, read_body};
+use super::ocean::Ocean;
+use super::problem::Problem;
+use super::proposal::{Proposal, When, told};
+use super::{hello, metrics, upgrade, viewer};
+use crate::scene::{ChangeKind, SceneFile};
+use crate::wire::TICKS_PER_SECOND;
+
+/// How long the sea takes to follow a change that does not say.
+const TRANSITION_S: f64 = 5.0;
+/// Most entries of one page of the log, and how many it has unless asked.
+const MAX_PAGE: usize = 1000;
+const PAGE: usize = 100;
+/// Longest idempotency key.
+const MAX_KEY: usize = 128;
+
+type Name = Result<Path<String>, PathRejection>;
+type Served = State<Arc<Ocean>>;
+
+/// Every path of the server.
+pub fn router(ocean: Arc<Ocean>) -> Router {
+    Router::new()
+        .route("/v1/scenes", get(scenes))
+        .route("/v1/scenes/{name}", get(scene))
+        .route("/v1/scenes/{name}/wind", put(wind))
+        .route("/v1/scenes/{name}/sea", patch(sea))
+        .route("/v1/scenes/{name}/log", get(log))
+        .route("/v1/time", get(time))
+        .route("/v1/stream", get(upgrade::stream))
+        .route("/livez", get(async || text("alive\n")))
+        .route("/readyz", get(readyz))
+        .route("/metrics", get(async |State(ocean): Served| text(metrics::page(&ocean))))
+        .fallback(static_file)
+        .method_not_allowed_fallback(wrong_method)
+        .with_state(ocean)
+}
+
+fn answer(status: StatusCode, body: &Value) -> Response {
+    let kind = [(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, "no-store")];
+    (status, kind, body.to_string()).into_response()
+}
+
+fn text(body: impl Into<String>) -> Response {
+    let kind =
+        [(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8"), (header::CACHE_CONTROL, "no-store")];
+    (kind, body.into()).into_response()
+}
+
+fn tag(sequence: u64) -> [(HeaderName, String); 1] {
+    [(header::ETAG, format!("\"{sequence}\""))]
+}
+
+/// Refuses the name of any scene but the one that is served.
+fn served(ocean: &Ocean, name: Name) -> Result<(), Problem> {
+    let name = name.map_or_else(|_| String::new(), |Path(name)| name);
+    let known = ocean.current().timeline.scene().name.clone();
+    if name == known {
+        return Ok(());
+    }
+    Err(Problem::not_found(format!("there is no scene {name:?}; this server serves {known:?}")))
+}
+
+async fn scenes(State(ocean): Served) -> Response {
+    let timeline = ocean.current().timeline;
+    let scene = timeline.scene();
+    let one = json!({ "name": scene.name, "title": scene.title, "url": format!("/v1/scenes/{}", scene.name) });
+    answer(StatusCode::OK, &json!({ "scenes": [one] }))
+}
+
+async fn scene(State(ocean): Served, name: Name) -> Result<Response, Problem> {
+    served(&ocean, name)?;
+    let (current, status) = (ocean.current(), ocean.status());
+    let body = json!({
+        "scene": SceneFile::from(current.timeline.scene()),
+        "epoch": ocean.epoch.to_string(),
+        "sequence": current.sequence,
+        "layout": hello::layout(current.timeline.layout()),
+        "hs_m": status.hs_m,
+        "state": {
+            "tick": status.tick,
+            "sequence": status.sequence,
+            "hs_m": status.hs_m,
+            "wind": status.wind,
+            "wind_range_mps": status.wind_range_mps,
+            "depth_m": status.depth_m,
+        },
+    });
+    Ok((tag(current.sequence), answer(StatusCode::OK, &body)).into_response())
+}
+
+async fn wind(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
+    served(&ocean, name)?;
+    let mut fields = Fields::parse(&read_body(body).await?)?;
+    let speed_mps = fields.required("speed_mps")?;
+    let kind = ChangeKind::Wind { speed_mps, direction_from_deg: fields.required("direction_from_deg")? };
+    change(&ocean, &headers, kind, fields).await
+}
+
+async fn sea(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
+    served(&ocean, name)?;
+    let mut fields = Fields::parse(&read_body(body).await?)?;
+    let kind = ChangeKind::Water { depth_m: fields.nullable("depth_m")? };
+    change(&ocean, &headers, kind, fields).await
+}
+
+/// Reads what all changes have in common, and proposes it.
+async fn change(
+    ocean: &Arc<Ocean>,
+    headers: &HeaderMap,
+    kind: ChangeKind,
+    mut fields: Fields,
+) -> Result<Response, Problem> {
+    let when = match (fields.tick("effective_tick")?, fields.number("in_seconds")?) {
+        (None, None) => When::Soon,
+        (Some(tick), None) => When::Tick(tick),
+        (None, Some(seconds)) => When::In(seconds),
+        (Some(_), Some(seconds)) => {
+            return Err(Problem::value("in_seconds", seconds.into(), "absent where effective_tick is given"));
+        }
+    };
+    let transition_s = fields.number("transition_s")?.unwrap_or(TRANSITION_S);
+    fields.finish()?;
+    let (key, if_match) = (idempotency_key(headers)?, if_match(headers)?);
+    let accepted = ocean.propose(Proposal { kind, when, transition_s, key, if_match }).await?;
+    let body = json!({ "sequence": accepted.sequence, "effective_tick": accepted.effective_tick });
+    Ok((tag(accepted.sequence), answer(StatusCode::ACCEPTED, &body)).into_response())
+}
+
+fn idempotency_key(headers: &HeaderMap) -> Result<Option<String>, Problem> {
+    let Some(value) = headers.get("idempotency-key") else { return Ok(None) };
+    let key = value.to_str().ok().filter(|key| (1..=MAX_KEY).contains(&key.len()));
+    let found = || Value::from(String::from_utf8_lossy(value.as_bytes()).into_owned());
+    let refused = || Problem::value("Idempotency-Key", found(), format!("1 to {MAX_KEY} visible ASCII characters"));
+    key.map(|key| Some(key.to_owned())).ok_or_else(refused)
+}
+
+/// Sequences that `If-Match` names; `None` for no header and for `*`.
+fn if_match(headers: &HeaderMap) -> Result<Option<Vec<u64>>, Problem> {
+    let mut wanted = Vec::new();
+    for value in headers.get_all(header::IF_MATCH) {
+        for tag in value.to_str().unwrap_or_default().split(',').map(str::trim) {
+            if tag == "*" {
+                return Ok(None);
+            }
+            // A tag that is none of ours matches nothing.
+            let sequence: Option<u64> =
+                tag.strip_prefix('"').and_then(|tag| tag.strip_suffix('"')).and_then(|n| n.parse().ok());
+            wanted.extend(sequence);
+        }
+    }
+    Ok(headers.contains_key(header::IF_MATCH).then_some(wanted))
+}
+
+async fn log(State(ocean): Served, name: Name, RawQuery(query): RawQuery) -> Result<Response, Problem> {
+    served(&ocean, name)?;
+    let (mut after, mut limit) = (0, PAGE);
+    for pair in query.unwrap_or_default().split('&').filter(|pair| !pair.is_empty()) {
+        let (field, value) = pair.split_once('=').unwrap_or((pair, ""));
+        let refuse = |bound: &str| Problem::value(field, value.into(), bound);
+        match field {
+            "after" => after = value.parse().map_err(|_| refuse("a whole number from 0"))?,
+            "limit" => {
+                let wanted = value.parse().ok().filter(|n| (1..=MAX_PAGE).contains(n));
+                limit = wanted.ok_or_else(|| refuse(&format!("a whole number from 1 to {MAX_PAGE}")))?;
+            }
+            _ => return Err(refuse("after or limit")),
+        }
+    }
+    let store = Arc::clone(&ocean.store);
+    let page = spawn_blocking(move || store.page(after, limit)).await;
+    let page = page.map_err(|_| Problem::internal("the control log can't be read"))??;
+    let sequence = ocean.current().sequence;
+    let last = page.last().map_or(after, |change| change.sequence);
+    let body = json!({
+        "changes": page.iter().map(told).collect::<Vec<_>>(),
+        "sequence": sequence,
+        "next_after": (last < sequence).then_some(last),
+    });
+    Ok((tag(sequence), answer(StatusCode::OK, &body)).into_response())
+}
+
+async fn time(State(ocean): Served) -> Response {
+    let us = ocean.clock.now_us();
+    let body = json!({
+        "tick": i64::try_from(i128::from(us) * i128::from(TICKS_PER_SECOND) / 1_000_000).unwrap_or(i64::MAX),
+        "time_us": us,
+        "ticks_per_second": TICKS_PER_SECOND,
+        "epoch": ocean.epoch.to_string(),
+        "unix_ns_of_tick_0": ocean.epoch.unix_ns,
+    });
+    answer(StatusCode::OK, &body)
+}
+
+async fn readyz(State(ocean): Served) -> Result<Response, Problem> {
+    if ocean.is_ready() {
+        return Ok(text("ready\n"));
+    }
+    let detail = "the engine has stopped: no frames are made";
+    Err(Problem::new(StatusCode::SERVICE_UNAVAILABLE, "not-ready", "Not ready", detail))
+}
+
+async fn static_file(method: Method, uri: Uri, headers: HeaderMap) -> Result<Response, Problem> {
+    match viewer::file(uri.path(), &headers) {
+        Some(file) if method == Method::GET || method == Method::HEAD => Ok(file),
+        Some(_) => Ok(([(header::ALLOW, "GET, HEAD")], wrong_method(method, uri).await).into_response()),
+        None => Err(Problem::not_found(format!("there is nothing at {}", uri.path()))),
+    }
+}
+
+async fn wrong_method(method: Method, uri: Uri) -> Problem {
+    let path = uri.path();
+    let of_scene = path.strip_prefix("/v1/scenes/").is_some_and(|name| !name.contains('/'));
+    let detail = if of_scene && (method == Method::PUT || method == Method::DELETE) {
+        "scenes can't be made or removed while the server runs: it serves the one it was started with".to_owned()
+    } else {
+        format!("{path} does not take {method}")
+    };
+    Problem::new(StatusCode::METHOD_NOT_ALLOWED, "wrong-method", "The path does not take this method", detail)
+}

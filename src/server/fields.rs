@@ -1,0 +1,136 @@
+//! Reads the JSON object of a request field by field, so that every refusal names the field, its value and its bound.
+
+use axum::body::Body;
+use futures_util::StreamExt;
+use http::StatusCode;
+use serde_json::{Map, Value};
+use std::time::Duration;
+use tokio::time::timeout;
+
+use super::problem::Problem;
+use crate::wire::MAX_TICK;
+
+/// Largest body of a request.
+pub const MAX_BODY: usize = 64 << 10;
+/// A refused body is read on to here, so that its sender gets to read the answer.
+const DRAIN: usize = 1 << 20;
+/// How long a body may take.
+const BODY_TIME: Duration = Duration::from_secs(10);
+
+/// Reads a body of at most [`MAX_BODY`] bytes.
+///
+/// # Errors
+/// 413 for a longer one, 408 for a slow one, 400 for one that ends early.
+pub async fn read_body(body: Body) -> Result<Vec<u8>, Problem> {
+    let read = async {
+        let (mut held, mut length, mut stream) = (Vec::new(), 0, body.into_data_stream());
+        while let Some(chunk) = stream.next().await {
+            let chunk = chunk.map_err(|error| bad(format!("the body ends early: {error}")))?;
+            length += chunk.len();
+            if length > DRAIN {
+                break;
+            }
+            if length <= MAX_BODY {
+                held.extend_from_slice(&chunk);
+            }
+        }
+        if length > MAX_BODY {
+            let detail = format!("the body is longer than {MAX_BODY} bytes");
+            return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "body-too-large", "The body is too large", detail)
+                .allowed(MAX_BODY));
+        }
+        Ok(held)
+    };
+    let late = |_| {
+        let detail = format!("the body took longer than {} s", BODY_TIME.as_secs());
+        Problem::new(StatusCode::REQUEST_TIMEOUT, "body-too-slow", "The body came too slowly", detail)
+    };
+    timeout(BODY_TIME, read).await.map_err(late)?
+}
+
+fn bad(detail: String) -> Problem {
+    Problem::new(StatusCode::BAD_REQUEST, "not-json", "The body can't be read", detail)
+}
+
+/// The fields of an object that have not been read yet.
+#[derive(Debug)]
+pub struct Fields(Map<String, Value>);
+
+impl Fields {
+    /// Parses an object.
+    ///
+    /// # Errors
+    /// 400 for what is not JSON, 422 for what is not an object.
+    pub fn parse(body: &[u8]) -> Result<Self, Problem> {
+        match serde_json::from_slice(body) {
+            Ok(Value::Object(fields)) => Ok(Self(fields)),
+            Ok(_) => {
+                let detail = "the body must be a JSON object";
+                Err(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-value", "The body is no object", detail))
+            }
+            Err(error) => Err(bad(format!("not JSON: {error}"))),
+        }
+    }
+
+    /// A number that may be left out.
+    ///
+    /// # Errors
+    /// 422 for anything but a number.
+    pub fn number(&mut self, name: &str) -> Result<Option<f64>, Problem> {
+        let Some(value) = self.0.remove(name) else { return Ok(None) };
+        value.as_f64().map(Some).ok_or_else(|| Problem::value(name, value, "a number"))
+    }
+
+    /// A number that must be there.
+    ///
+    /// # Errors
+    /// 422 when it is not.
+    pub fn required(&mut self, name: &str) -> Result<f64, Problem> {
+        self.number(name)?.ok_or_else(|| missing(name))
+    }
+
+    /// A number or null that must be there.
+    ///
+    /// # Errors
+    /// 422 when it is not.
+    pub fn nullable(&mut self, name: &str) -> Result<Option<f64>, Problem> {
+        match self.0.get(name) {
+            Some(Value::Null) => {
+                self.0.remove(name);
+                Ok(None)
+            }
+            _ => self.required(name).map(Some),
+        }
+    }
+
+    /// A tick that may be left out.
+    ///
+    /// # Errors
+    /// 422 for anything but a whole number from 0 to [`MAX_TICK`].
+    pub fn tick(&mut self, name: &str) -> Result<Option<i64>, Problem> {
+        let Some(value) = self.0.remove(name) else { return Ok(None) };
+        let tick = value.as_i64().filter(|tick| (0..=MAX_TICK).contains(tick));
+        tick.map(Some).ok_or_else(|| Problem::value(name, value, "a whole number from 0 to 2^53 - 1"))
+    }
+
+    /// Ends the reading.
+    ///
+    /// # Errors
+    /// 422 for a field that nobody read: a misspelt name must not be ignored.
+    pub fn finish(self) -> Result<(), Problem> {
+        match self.0.into_iter().next() {
+            None => Ok(()),
+            Some((name, value)) => {
+                let detail = format!("{name:?} is not a field of this request");
+                let unknown =
+                    Problem::new(StatusCode::UNPROCESSABLE_ENTITY, "unknown-field", "A field is not known", detail);
+                Err(unknown.at(name).found(value))
+            }
+        }
+    }
+}
+
+fn missing(name: &str) -> Problem {
+    let detail = format!("{name} is missing");
+    Problem::new(StatusCode::UNPROCESSABLE_ENTITY, "missing-field", "A field is missing", detail).at(name)
+}

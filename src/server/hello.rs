@@ -1,0 +1,76 @@
+//! Composes what the server says of itself: `hello` for a client that joins, `status` for all.
+
+use crate::control::Epoch;
+use crate::engine::{Counters, RATES_HZ, interval_of_rate, lead_ticks};
+use crate::scene::Foam;
+use crate::sea::{Cascade, Layout, Timeline};
+use crate::tile::levels;
+use crate::wire::{Hello, HelloCascade, HelloLayout, Limits, MAX_MESSAGE_BYTES, Status, TICKS_PER_SECOND, WindStatus};
+
+use super::settings::MAX_UNITS;
+
+/// Name and version.
+pub const SERVER: &str = concat!("swellcast/", env!("CARGO_PKG_VERSION"));
+
+/// How far ahead of its tick a frame leaves: one lead for all rates, so that their frames go together.
+pub fn lead() -> i64 {
+    lead_ticks(interval_of_rate(RATES_HZ[0]))
+}
+
+/// `hello`, for a client that joins at `tick`.
+pub fn hello(timeline: &Timeline, epoch: Epoch, sequence: u64, tick: i64, live_units: usize) -> Hello {
+    let scene = timeline.scene();
+    Hello {
+        protocol: 1,
+        server: SERVER.to_owned(),
+        scene: scene.name.clone(),
+        epoch: epoch.to_string(),
+        seed: scene.seed.to_string(),
+        ticks_per_second: TICKS_PER_SECOND,
+        tick,
+        lead_ticks: lead(),
+        sequence,
+        layout: layout(timeline.layout()),
+        choppiness: scene.effects.choppiness,
+        rates_hz: RATES_HZ.to_vec(),
+        classes: Hello::all_classes(),
+        groups: Hello::all_groups(),
+        foam_step_ticks: Foam::STEP_TICKS,
+        limits: Limits {
+            message_bytes: MAX_MESSAGE_BYTES as u32,
+            units: MAX_UNITS as u32,
+            live_units: u32::try_from(live_units).unwrap_or(u32::MAX),
+        },
+    }
+}
+
+/// The layout as clients are told.
+pub fn layout(layout: &Layout) -> HelloLayout {
+    let cascade = |cascade: &Cascade| HelloCascade {
+        patch_m: cascade.patch_m,
+        n: cascade.n as u32,
+        levels: levels(cascade),
+        wavelength_min_m: cascade.shortest_m(),
+        wavelength_max_m: cascade.longest_m(),
+    };
+    HelloLayout { generation: layout.generation, cascades: layout.cascades.iter().map(cascade).collect() }
+}
+
+/// `status` at a tick. Sums the energies of all modes: call it off the async threads.
+pub fn status(timeline: &Timeline, counters: &Counters, tick: i64, clients: usize) -> Status {
+    let sea = timeline.state_at(tick);
+    Status {
+        tick,
+        sequence: timeline.sequence_at(tick),
+        hs_m: timeline.hs_at(tick),
+        wind: sea
+            .wind
+            .map(|wind| WindStatus { speed_mps: wind.speed_mps, direction_from_deg: wind.direction_from_deg }),
+        wind_range_mps: timeline.scene().wind_range_mps,
+        depth_m: Some(sea.water.depth_m).filter(|depth| depth.is_finite()),
+        clients: u32::try_from(clients).unwrap_or(u32::MAX),
+        backend: counters.backend.to_owned(),
+        step_ms: counters.step_ms,
+        skipped_frames: counters.skipped_frames,
+    }
+}

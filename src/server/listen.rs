@@ -1,0 +1,132 @@
+//! Accepts connections and speaks HTTP on each, until told to stop.
+
+use std::io;
+use std::net::SocketAddr;
+use std::pin::pin;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::Router;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use socket2::SockRef;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::watch;
+use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
+
+use super::api;
+use super::ocean::Ocean;
+use super::socket::Socket;
+
+/// A client has this long to send the head of a request, the wait for its next request included.
+const HEAD_TIME: Duration = Duration::from_secs(10);
+/// Largest head of a request.
+const MAX_HEAD: usize = 64 << 10;
+/// The kernel takes no more than this of what the network has not: a client that stalls is found at once, and a
+/// frame that has become stale is not already on its way. One small frame.
+#[cfg(target_os = "linux")]
+const NOT_SENT: u32 = 128 << 10;
+/// What a connection above the caps is told.
+const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\n\
+    retry-after: 5\r\nconnection: close\r\ncontent-length: 118\r\n\r\n\
+    {\"type\":\"urn:swellcast:problem:full\",\"title\":\"The server is full\",\"status\":503,\
+    \"detail\":\"too many connections are open\"}";
+
+/// Serves a sea on a listener until `shutdown` resolves; then tells every client, and waits a little for them.
+///
+/// # Errors
+/// When the listener's options can't be set. Later errors of single connections end those alone.
+pub async fn run(listener: TcpListener, ocean: Arc<Ocean>, shutdown: impl Future<Output = ()>) -> io::Result<()> {
+    // Accepted connections inherit both.
+    let options = SockRef::from(&listener);
+    options.set_tcp_nodelay(true)?;
+    #[cfg(target_os = "linux")]
+    options.set_tcp_notsent_lowat(NOT_SENT)?;
+    let router = api::router(Arc::clone(&ocean));
+    tokio::select! {
+        () = shutdown => {}
+        () = accept(&listener, &router, &ocean) => {}
+        () = count_seconds(&ocean) => {}
+    }
+    drop(listener);
+    ocean.bulletin.close();
+    if timeout(ocean.settings.farewell, ocean.seats.empty()).await.is_err() {
+        tracing::warn!(connections = ocean.seats.taken(), "some connections did not end in time");
+    }
+    Ok(())
+}
+
+/// The server's pulse: each second, every client is told how the sea is.
+async fn count_seconds(ocean: &Arc<Ocean>) {
+    let mut seconds = interval(Duration::from_secs(1));
+    seconds.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        seconds.tick().await;
+        ocean.bulletin.beat();
+        ocean.refresh_status().await;
+    }
+}
+
+async fn accept(listener: &TcpListener, router: &Router, ocean: &Arc<Ocean>) {
+    loop {
+        match listener.accept().await {
+            Ok((stream, address)) => welcome(stream, address, router, ocean),
+            Err(error) if is_of_one_connection(&error) => {}
+            Err(error) => {
+                // Out of file descriptors, most likely: those in use are given back in time.
+                tracing::warn!(%error, "accept");
+                sleep(Duration::from_millis(100)).await;
+            }
+        }
+    }
+}
+
+fn is_of_one_connection(error: &io::Error) -> bool {
+    use io::ErrorKind::{ConnectionAborted, ConnectionRefused, ConnectionReset};
+    matches!(error.kind(), ConnectionAborted | ConnectionRefused | ConnectionReset)
+}
+
+fn welcome(stream: TcpStream, address: SocketAddr, router: &Router, ocean: &Arc<Ocean>) {
+    let Some(seat) = ocean.seats.take(address.ip()) else {
+        ocean.metrics.refused();
+        // As much as fits at once: a refusal must not cost us a wait.
+        let _ = stream.try_write(FULL);
+        return;
+    };
+    let (socket, router, closing) = (Socket::new(stream, seat), router.clone(), ocean.bulletin.closing());
+    tokio::spawn(speak(socket, router, closing));
+}
+
+/// HTTP/1.1 on one connection. HTTP/2 is left out: no client needs it, and a stream takes a connection of its own.
+async fn speak(socket: Socket, router: Router, mut closing: watch::Receiver<bool>) {
+    let mut http = http1::Builder::new();
+    http.timer(TokioTimer::new()).header_read_timeout(HEAD_TIME).max_buf_size(MAX_HEAD);
+    let service = TowerToHyperService::new(router);
+    let mut connection = pin!(http.serve_connection(TokioIo::new(socket), service).with_upgrades());
+    let done = tokio::select! {
+        done = connection.as_mut() => Some(done),
+        _ = closing.wait_for(|closing| *closing) => None,
+    };
+    let result = match done {
+        Some(result) => result,
+        None => {
+            connection.as_mut().graceful_shutdown();
+            connection.await
+        }
+    };
+    if let Err(error) = result {
+        tracing::debug!(%error, "connection");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_refusal_says_its_own_length() {
+        let text = std::str::from_utf8(super::FULL).unwrap();
+        let (head, body) = text.split_once("\r\n\r\n").unwrap();
+        assert!(head.contains(&format!("content-length: {}", body.len())), "{}", body.len());
+        assert!(serde_json::from_str::<serde_json::Value>(body).is_ok());
+    }
+}

@@ -1,0 +1,68 @@
+//! What the server counts, in Prometheus' text form.
+
+use std::fmt::Write;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use super::ocean::Ocean;
+
+/// Counts of the server; the engine keeps its own.
+#[derive(Debug, Default)]
+pub struct Metrics {
+    frames_sent: AtomicU64,
+    bytes_sent: AtomicU64,
+    jumps: AtomicU64,
+    refused_connections: AtomicU64,
+}
+
+impl Metrics {
+    /// Frames went out to a client.
+    pub fn sent(&self, frames: u64, bytes: u64) {
+        self.frames_sent.fetch_add(frames, Relaxed);
+        self.bytes_sent.fetch_add(bytes, Relaxed);
+    }
+
+    /// A client was behind and was moved to the newest frames.
+    pub fn jumped(&self) {
+        self.jumps.fetch_add(1, Relaxed);
+    }
+
+    /// A connection or client was refused for want of room.
+    pub fn refused(&self) {
+        self.refused_connections.fetch_add(1, Relaxed);
+    }
+}
+
+/// The page of `/metrics`.
+pub fn page(ocean: &Ocean) -> String {
+    let (engine, counts) = (ocean.counters(), &ocean.metrics);
+    let (tick, sequence) = (ocean.tick(), ocean.current().sequence);
+    let mut page = String::with_capacity(4096);
+    let mut put = |name: &str, kind: &str, help: &str, labels: &str, value: f64| {
+        // Writing to a string can't fail.
+        let _ = writeln!(page, "# HELP swellcast_{name} {help}\n# TYPE swellcast_{name} {kind}");
+        let _ = writeln!(page, "swellcast_{name}{labels} {value}");
+    };
+    let build = format!("{{version=\"{}\",backend=\"{}\"}}", env!("CARGO_PKG_VERSION"), engine.backend);
+    let count = |n: &AtomicU64| n.load(Relaxed) as f64;
+    put("build_info", "gauge", "Version and backend.", &build, 1.0);
+    put("clients", "gauge", "Stream clients.", "", ocean.clients() as f64);
+    put("connections", "gauge", "Connections of any kind.", "", ocean.seats.taken() as f64);
+    put("connections_refused_total", "counter", "Refused for want of room.", "", count(&counts.refused_connections));
+    put("frames_sent_total", "counter", "Frames handed to clients' sockets.", "", count(&counts.frames_sent));
+    put("frame_bytes_sent_total", "counter", "Bytes of those frames.", "", count(&counts.bytes_sent));
+    put("client_jumps_total", "counter", "Clients moved to the newest frames.", "", count(&counts.jumps));
+    put("ring_bytes", "gauge", "Bytes of frames held for clients.", "", ocean.ring.bytes() as f64);
+    put("live_units", "gauge", "Units encoded now.", "", ocean.live_units() as f64);
+    put("engine_alive", "gauge", "1 while the engine's thread lives.", "", f64::from(u8::from(ocean.is_ready())));
+    put("steps_total", "counter", "Ticks made.", "", engine.steps as f64);
+    put("transforms_total", "counter", "Two-dimensional transforms.", "", engine.transforms as f64);
+    put("step_seconds_total", "counter", "Seconds spent in steps.", "", engine.step_seconds);
+    put("step_seconds", "gauge", "Seconds the last step took.", "", engine.step_ms / 1e3);
+    put("frames_skipped_total", "counter", "Ticks passed over, too slow.", "", engine.skipped_frames as f64);
+    put("frames_refused_total", "counter", "Frames with a value not finite.", "", engine.refused_frames as f64);
+    put("backend_errors_total", "counter", "Errors of the backend.", "", engine.backend_errors as f64);
+    put("foam_warm", "gauge", "1 when foam is whole.", "", f64::from(u8::from(engine.foam_warm)));
+    put("log_sequence", "gauge", "Newest entry of the control log.", "", sequence as f64);
+    put("tick", "gauge", "Ticks since the sea began.", "", tick as f64);
+    page
+}

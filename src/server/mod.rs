@@ -1,0 +1,27 @@
+//! The network side: HTTP API, stream sessions, the ring of frames they read, metrics, the embedded viewer.
+//!
+//! [`Ocean::start`] sets a sea under way, [`run`] serves it. Invariants: frames are never copied; a client costs its
+//! own task and a cursor, and nothing that it does or leaves undone holds up another.
+
+mod api;
+mod bulletin;
+mod fields;
+mod hello;
+mod listen;
+mod metrics;
+mod ocean;
+mod problem;
+mod proposal;
+mod requests;
+mod ring;
+mod seats;
+mod session;
+mod settings;
+mod socket;
+mod subscriptions;
+mod upgrade;
+mod viewer;
+
+pub use listen::run;
+pub use ocean::Ocean;
+pub use settings::{MAX_UNITS, Settings};

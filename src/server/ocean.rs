@@ -1,0 +1,198 @@
+//! The one sea that is served, and all that its sessions and requests share.
+
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
+
+use tokio::task::spawn_blocking;
+
+use super::bulletin::Bulletin;
+use super::hello;
+use super::metrics::Metrics;
+use super::proposal::Gate;
+use super::ring::Ring;
+use super::seats::Seats;
+use super::settings::Settings;
+use super::subscriptions::Subscriptions;
+use crate::control::{Begun, Epoch, Store};
+use crate::engine::{Clock, Counters, Demand, Engine};
+use crate::sea::Timeline;
+use crate::wire::{Hello, Status, UnitName};
+
+/// A sea under way: its log, its timeline, the engine that makes its frames and the ring that holds them.
+pub struct Ocean {
+    pub(super) settings: Settings,
+    pub(super) epoch: Epoch,
+    pub(super) clock: Clock,
+    pub(super) store: Arc<Store>,
+    pub(super) ring: Arc<Ring>,
+    pub(super) bulletin: Arc<Bulletin>,
+    pub(super) seats: Arc<Seats>,
+    pub(super) metrics: Metrics,
+    /// Changes are decided one at a time.
+    pub(super) gate: tokio::sync::Mutex<Gate>,
+    current: RwLock<Current>,
+    status: RwLock<Status>,
+    engine: Engine,
+    wishes: Mutex<Wishes>,
+    clients: AtomicUsize,
+    next_client: AtomicU64,
+}
+
+/// The sea as all its changes so far make it.
+#[derive(Clone, Debug)]
+pub struct Current {
+    /// Newest entry of the log.
+    pub sequence: u64,
+    /// The sea at every tick.
+    pub timeline: Arc<Timeline>,
+}
+
+struct Wishes {
+    subscriptions: Subscriptions,
+    /// What the engine was told last.
+    demand: Demand,
+}
+
+/// A client's place; leaving it ends its subscription.
+pub struct Client {
+    ocean: Arc<Ocean>,
+    id: u64,
+}
+
+impl Ocean {
+    /// Sets a sea under way, as its log left it. Integrates spectra: takes a tenth of a second, and more for a
+    /// large scene.
+    pub fn start(store: Store, begun: Begun, settings: Settings) -> Arc<Self> {
+        let Begun { epoch, scene, changes } = begun;
+        let clock = Clock::start(epoch.unix_ns);
+        let (tick, started) = (clock.now_tick(), clock.now_us());
+        let timeline = Arc::new(Timeline::replay(&scene, &changes, tick));
+        let build_us = clock.now_us() - started;
+        let (ring, bulletin) = (Arc::new(Ring::new(settings.ring_bytes)), Arc::new(Bulletin::new()));
+        let (to_ring, to_all) = (Arc::clone(&ring), Arc::clone(&bulletin));
+        let publish = Box::new(move |batch| {
+            to_ring.push(batch);
+            to_all.wake();
+        });
+        let engine = Engine::start(Arc::clone(&timeline), clock, epoch.id, settings.engine.clone(), publish);
+        let status = hello::status(&timeline, &engine.counters(), tick, 0);
+        let sequence = changes.last().map_or(0, |change| change.sequence);
+        Arc::new(Self {
+            seats: Seats::new(settings.connections, settings.connections_per_address),
+            wishes: Mutex::new(Wishes {
+                subscriptions: Subscriptions::new(settings.live_units),
+                demand: Demand::new(),
+            }),
+            settings,
+            epoch,
+            clock,
+            store: Arc::new(store),
+            ring,
+            bulletin,
+            metrics: Metrics::default(),
+            gate: tokio::sync::Mutex::new(Gate::new(changes, build_us, tick)),
+            current: RwLock::new(Current { sequence, timeline }),
+            status: RwLock::new(status),
+            engine,
+            clients: AtomicUsize::new(0),
+            next_client: AtomicU64::new(1),
+        })
+    }
+
+    /// The tick.
+    pub fn tick(&self) -> i64 {
+        self.clock.now_tick()
+    }
+
+    /// The sea as it stands.
+    pub fn current(&self) -> Current {
+        self.current.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// The status that clients were told last.
+    pub fn status(&self) -> Status {
+        self.status.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// What the engine has done.
+    pub fn counters(&self) -> Counters {
+        self.engine.counters()
+    }
+
+    /// Stream clients now.
+    pub fn clients(&self) -> usize {
+        self.clients.load(Relaxed)
+    }
+
+    /// Units that are encoded now.
+    pub fn live_units(&self) -> usize {
+        self.wishes.lock().unwrap_or_else(PoisonError::into_inner).demand.len()
+    }
+
+    /// Whether frames can be made.
+    pub fn is_ready(&self) -> bool {
+        self.engine.is_alive()
+    }
+
+    /// The first message to a client, and the sequence that it speaks of.
+    pub fn hello(&self) -> Hello {
+        let Current { sequence, timeline } = self.current();
+        hello::hello(&timeline, self.epoch, sequence, self.tick(), self.settings.live_units)
+    }
+
+    /// Composes the status anew and tells every client.
+    pub async fn refresh_status(self: &Arc<Self>) {
+        let ocean = Arc::clone(self);
+        let compose = move || {
+            let timeline = ocean.current().timeline;
+            let status = hello::status(&timeline, &ocean.counters(), ocean.tick(), ocean.clients());
+            ocean.status.write().unwrap_or_else(PoisonError::into_inner).clone_from(&status);
+            ocean.bulletin.post_status(status);
+        };
+        if let Err(error) = spawn_blocking(compose).await {
+            tracing::error!(%error, "status");
+        }
+    }
+
+    /// Puts a new timeline in force. The caller holds the gate and has written the log.
+    pub(super) fn adopt(&self, current: Current) {
+        self.engine.set_timeline(Arc::clone(&current.timeline));
+        *self.current.write().unwrap_or_else(PoisonError::into_inner) = current;
+    }
+
+    /// A place for one more client, unless the house is full.
+    pub fn join(self: &Arc<Self>) -> Option<Client> {
+        let more = |clients: usize| (clients < self.settings.clients).then_some(clients + 1);
+        self.clients.fetch_update(Relaxed, Relaxed, more).ok()?;
+        Some(Client { ocean: Arc::clone(self), id: self.next_client.fetch_add(1, Relaxed) })
+    }
+}
+
+impl Client {
+    /// Replaces this client's subscription and tells the engine. Returns what the client gets, in the order asked.
+    ///
+    /// # Errors
+    /// Index of the unit that can't be had.
+    pub fn subscribe(&self, interval: i64, units: &[UnitName]) -> Result<Vec<UnitName>, usize> {
+        self.wish(|subscriptions| subscriptions.replace(self.id, interval, units))
+    }
+
+    fn wish<T>(&self, change: impl FnOnce(&mut Subscriptions) -> T) -> T {
+        // The engine is told under the lock, so that it hears of demands in their order.
+        let mut wishes = self.ocean.wishes.lock().unwrap_or_else(PoisonError::into_inner);
+        let result = change(&mut wishes.subscriptions);
+        let demand = wishes.subscriptions.demand();
+        if demand != wishes.demand {
+            self.ocean.engine.set_demand(demand.clone());
+            wishes.demand = demand;
+        }
+        result
+    }
+}
+
+impl Drop for Client {
+    fn drop(&mut self) {
+        self.wish(|subscriptions| subscriptions.remove(self.id));
+        self.ocean.clients.fetch_sub(1, Relaxed);
+    }
+}

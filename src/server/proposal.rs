@@ -1,0 +1,238 @@
+//! How a change is accepted: checked, built, written to the log, put in force and told, one after the other.
+
+use std::sync::Arc;
+
+use http::StatusCode;
+use serde::Serialize;
+use tokio::task::spawn_blocking;
+
+use super::hello::lead;
+use super::ocean::{Current, Ocean};
+use super::problem::Problem;
+use crate::control::{Answer, Key, StoreError};
+use crate::scene::{Change, ChangeKind};
+use crate::sea::{MAX_OVERLAPPING, Timeline};
+use crate::wire::{TICKS_PER_SECOND, WireChange, WireChangeKind};
+
+/// Between the check of the tick and the engine's knowing of the change: the disk's time, 100 ms.
+const MARGIN: i64 = TICKS_PER_SECOND / 10;
+/// Most changes that are accepted and not yet over; each holds a spectrum.
+const MAX_OPEN: usize = 64;
+/// Changes that may come at once, and how fast that allowance grows back.
+const BURST: i64 = 64;
+const TICKS_PER_CHANGE: i64 = TICKS_PER_SECOND / 2;
+/// How often a change without a tick of its own is built again because building took longer than expected.
+const ATTEMPTS: u32 = 4;
+
+/// A change that somebody asks for.
+#[derive(Clone, Debug)]
+pub struct Proposal {
+    /// What is to change.
+    pub kind: ChangeKind,
+    /// When.
+    pub when: When,
+    /// How long the sea takes to follow.
+    pub transition_s: f64,
+    /// Name of the request, for a sender that may repeat it.
+    pub key: Option<String>,
+    /// Newest entries of the log that the sender has in mind; `None`: any.
+    pub if_match: Option<Vec<u64>>,
+}
+
+/// When a change is to act.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum When {
+    /// As soon as it can.
+    Soon,
+    /// At a tick.
+    Tick(i64),
+    /// This many seconds after the request came.
+    In(f64),
+}
+
+/// What deciding needs to remember.
+#[derive(Debug)]
+pub struct Gate {
+    /// Changes that may not be over yet.
+    open: Vec<Change>,
+    /// Ticks that building a timeline is expected to take.
+    build: i64,
+    /// The tick up to which the allowance of changes is used up.
+    used_until: i64,
+}
+
+impl Gate {
+    /// A gate after `changes`, where building took `build_us`.
+    pub fn new(changes: Vec<Change>, build_us: i64, tick: i64) -> Self {
+        let mut gate = Self { open: changes, build: 0, used_until: 0 };
+        gate.forget(tick);
+        gate.expect(build_us);
+        gate
+    }
+
+    fn forget(&mut self, tick: i64) {
+        self.open.retain(|change| change.effective_tick.saturating_add(change.transition_ticks) > tick);
+    }
+
+    fn expect(&mut self, build_us: i64) {
+        // Half as long again as last time.
+        self.build = (build_us.saturating_mul(TICKS_PER_SECOND) / 1_000_000 * 3 / 2).clamp(36, 10 * TICKS_PER_SECOND);
+    }
+
+    fn admit(&mut self, tick: i64) -> Result<(), Problem> {
+        if self.open.len() >= MAX_OPEN {
+            let detail = format!("{} changes are accepted and not yet over, must be below {MAX_OPEN}", self.open.len());
+            return Err(Problem::conflict("too-many-changes", detail));
+        }
+        let used = self.used_until.max(tick.saturating_sub(BURST * TICKS_PER_CHANGE)) + TICKS_PER_CHANGE;
+        if used > tick {
+            let title = "Too many changes";
+            let detail = format!("more than {BURST} changes at once, or 2 a second for long");
+            return Err(Problem::new(StatusCode::TOO_MANY_REQUESTS, "too-fast", title, detail).retry_after(1));
+        }
+        self.used_until = used;
+        Ok(())
+    }
+}
+
+impl Ocean {
+    /// Decides on a change. Goes on to its end even when the asker has gone.
+    ///
+    /// # Errors
+    /// [`Problem`]; the sea and the log are then as before.
+    pub async fn propose(self: &Arc<Self>, proposal: Proposal) -> Result<Answer, Problem> {
+        let (ocean, arrived) = (Arc::clone(self), self.tick());
+        let decide = tokio::spawn(async move {
+            let answer = ocean.decide(proposal, arrived).await;
+            if answer.is_ok() {
+                let ocean = Arc::clone(&ocean);
+                tokio::spawn(async move { ocean.refresh_status().await });
+            }
+            answer
+        });
+        decide.await.unwrap_or_else(|error| Err(failed(&error)))
+    }
+
+    async fn decide(self: &Arc<Self>, proposal: Proposal, arrived: i64) -> Result<Answer, Problem> {
+        let mut gate = self.gate.lock().await;
+        let Current { sequence, timeline } = self.current();
+        let scene = timeline.scene();
+        let kind = proposal.kind.check(&scene.sea, scene.wind_range_mps)?;
+        let key = proposal.key.as_ref().map(|id| {
+            let request = (kind, proposal.when, proposal.transition_s);
+            Key { id: id.clone(), request: serde_json::to_string(&request).unwrap_or_default() }
+        });
+        if let Some(answer) = self.answered(&key).await? {
+            return Ok(answer);
+        }
+        if proposal.if_match.as_ref().is_some_and(|wanted| !wanted.contains(&sequence)) {
+            let detail = format!("the newest entry of the log is {sequence}, which If-Match does not name");
+            let title = "The sea has changed meanwhile";
+            return Err(Problem::new(StatusCode::PRECONDITION_FAILED, "changed-meanwhile", title, detail)
+                .at("If-Match")
+                .allowed(format!("\"{sequence}\"")));
+        }
+        gate.forget(self.tick());
+        // Checked before the allowance is touched: a refusal costs nothing.
+        self.time_of(&proposal, arrived, gate.build)?;
+        gate.admit(self.tick())?;
+        let (change, next) = self.build(&proposal, kind, sequence + 1, arrived, &timeline, &mut gate).await?;
+        let (store, written) = (Arc::clone(&self.store), key);
+        let answer =
+            spawn_blocking(move || store.append(&change, written.as_ref())).await.map_err(|e| failed(&e))??;
+        self.adopt(Current { sequence: change.sequence, timeline: next });
+        gate.open.push(change);
+        if self.tick() + lead() > change.effective_tick {
+            tracing::warn!(sequence = change.sequence, "the disk was slow: frames after the change were already sent");
+        }
+        self.bulletin.post_change(told(&change));
+        Ok(answer)
+    }
+
+    async fn answered(&self, key: &Option<Key>) -> Result<Option<Answer>, Problem> {
+        let Some(key) = key.clone() else { return Ok(None) };
+        let store = Arc::clone(&self.store);
+        let answer: Result<_, StoreError> = spawn_blocking(move || store.answer(&key)).await.map_err(|e| failed(&e))?;
+        Ok(answer?)
+    }
+
+    /// Builds the timeline with the change, at a tick that is still to come when it is built.
+    async fn build(
+        &self,
+        proposal: &Proposal,
+        kind: ChangeKind,
+        sequence: u64,
+        arrived: i64,
+        timeline: &Arc<Timeline>,
+        gate: &mut Gate,
+    ) -> Result<(Change, Arc<Timeline>), Problem> {
+        for _ in 0..ATTEMPTS {
+            let (effective_tick, transition_ticks) = self.time_of(proposal, arrived, gate.build)?;
+            let change = Change { sequence, effective_tick, transition_ticks, kind };
+            let (timeline, now, started) = (Arc::clone(timeline), self.tick(), self.clock.now_us());
+            let built = spawn_blocking(move || Arc::new(timeline.with(change, now))).await;
+            let next = built.map_err(|error| failed(&error))?;
+            gate.expect(self.clock.now_us() - started);
+            crowd(&next, gate.open.iter().chain([&change]))?;
+            if effective_tick >= self.tick() + lead() + MARGIN {
+                return Ok((change, next));
+            }
+        }
+        let detail = format!("building the change took too long {ATTEMPTS} times");
+        Err(Problem::new(StatusCode::SERVICE_UNAVAILABLE, "too-slow", "The server is too busy", detail).retry_after(1))
+    }
+
+    /// The tick and length of a proposal, if it can be built before the first frames of that tick leave.
+    fn time_of(&self, proposal: &Proposal, arrived: i64, build: i64) -> Result<(i64, i64), Problem> {
+        let earliest = self.tick() + lead() + MARGIN + build;
+        let (tick, field, value) = match proposal.when {
+            When::Soon => (earliest, "effective_tick", None),
+            When::Tick(tick) => (tick, "effective_tick", Some(serde_json::Value::from(tick))),
+            // Saturates: the check below refuses what no tick can be.
+            When::In(s) => {
+                let tick = arrived.saturating_add((s * TICKS_PER_SECOND as f64) as i64);
+                (tick, "in_seconds", Some(serde_json::Value::from(s)))
+            }
+        };
+        let time = Change::check_time(tick, proposal.transition_s)?;
+        if tick >= earliest {
+            return Ok(time);
+        }
+        let detail = format!("the change would act at tick {tick}; the earliest it can act at is {earliest}");
+        let title = "Too early: frames of that tick are on their way";
+        Err(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, "too-early", title, detail)
+            .at(field)
+            .found(value.unwrap_or_default())
+            .allowed(earliest))
+    }
+}
+
+/// Refuses a timeline with too many transitions under way at once. They can only be most just after one begins.
+fn crowd<'a>(timeline: &Timeline, changes: impl Iterator<Item = &'a Change>) -> Result<(), Problem> {
+    for change in changes {
+        let under_way = timeline.overlapping(change.effective_tick.saturating_add(1));
+        if under_way > MAX_OVERLAPPING {
+            let tick = change.effective_tick;
+            let detail =
+                format!("{under_way} transitions would be under way after tick {tick}, at most {MAX_OVERLAPPING}");
+            return Err(Problem::conflict("too-many-transitions", detail).at("transition_s").allowed(MAX_OVERLAPPING));
+        }
+    }
+    Ok(())
+}
+
+/// A change as clients are told.
+pub fn told(change: &Change) -> WireChange {
+    let Change { sequence, effective_tick, transition_ticks, kind } = *change;
+    let change = match kind {
+        ChangeKind::Wind { speed_mps, direction_from_deg } => WireChangeKind::Wind { speed_mps, direction_from_deg },
+        ChangeKind::Water { depth_m } => WireChangeKind::Water { depth_m },
+    };
+    WireChange { sequence, effective_tick, transition_ticks, change }
+}
+
+fn failed(error: &tokio::task::JoinError) -> Problem {
+    tracing::error!(%error, "change");
+    Problem::internal("the change could not be made; see the server's log")
+}

@@ -1,0 +1,336 @@
+//! One stream client, in one task: reads its requests, sends what is due. Control first, then frames.
+//!
+//! Invariant: nothing is queued for a client but its own answers, and those are bounded. Changes, status and frames
+//! are read from where they are shared, when its socket can take them.
+
+use std::collections::VecDeque;
+use std::future::poll_fn;
+use std::sync::Arc;
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+use futures_util::{SinkExt, StreamExt};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::time::timeout;
+use tokio_websockets::proto::ProtocolError;
+use tokio_websockets::{CloseCode, Error, Limits, Message, ServerBuilder, WebSocketStream};
+
+use super::bulletin::Reader;
+use super::hello::lead;
+use super::ocean::{Client, Ocean};
+use super::requests;
+use super::ring::Cursor;
+use super::socket::Socket;
+use crate::engine::interval_of_rate;
+use crate::wire::{
+    ClientMessage, MAX_MESSAGE_BYTES, ServerMessage, Subscribe, Subscribed, TICKS_PER_SECOND, TimeAnswer, UnitName,
+};
+
+/// Most answers that wait for the socket; a client that asks for more without reading is closed.
+const LANE: usize = 64;
+/// Most pongs that wait for the socket; until they are out, no more is read.
+const PONGS: u32 = 16;
+/// After this many messages that can't be parsed, the connection ends.
+const MALFORMED: u32 = 16;
+/// Frames handed to the socket in one go: small ones share a system call.
+const BURST: usize = 64 << 10;
+/// Frames for a tick this long past are not worth sending: 250 ms.
+const STALE: i64 = TICKS_PER_SECOND / 4;
+/// How long a close may take.
+const FAREWELL: Duration = Duration::from_secs(2);
+
+type Stream = WebSocketStream<Socket>;
+
+/// Serves one client until it, or the server, ends the connection.
+pub async fn serve(ocean: Arc<Ocean>, socket: Socket) {
+    // Messages above the limit are refused as soon as their length is known.
+    let limits = Limits::default().max_payload_len(Some(MAX_MESSAGE_BYTES));
+    let stream = ServerBuilder::new().limits(limits).serve(socket);
+    let Some(client) = ocean.join() else {
+        ocean.metrics.refused();
+        return part(stream, Some(End::Close(1013, "the server is full"))).await;
+    };
+    let mut session = Session::new(ocean, client, stream);
+    let end = session.run().await;
+    let Session { client, mut stream, mut lane, ocean, .. } = session;
+    // Its units may rest now: the close itself takes time.
+    drop(client);
+    while let Some(answer) = lane.pop_front() {
+        let _ = stream.start_send_unpin(answer.stamped(&ocean));
+    }
+    part(stream, end).await;
+}
+
+/// How a session ends; without one, the connection is gone already.
+#[derive(Clone, Copy, Debug)]
+enum End {
+    /// We close, and say why.
+    Close(u16, &'static str),
+    /// The client closes; the answer to that is on its way.
+    Answer,
+}
+
+enum Answer {
+    Text(Message),
+    /// Its second stamp is taken when it is written.
+    Time {
+        t0: f64,
+        t1_us: i64,
+    },
+}
+
+struct Session {
+    ocean: Arc<Ocean>,
+    client: Client,
+    stream: Stream,
+    reader: Reader,
+    lane: VecDeque<Answer>,
+    interval: i64,
+    /// In order, each with the first tick that is sent of it.
+    units: Vec<(UnitName, i64)>,
+    cursor: Cursor,
+    flushing: bool,
+    pongs: u32,
+    malformed: u32,
+    /// Beats of the server at which the client was last heard, and pinged.
+    heard: u64,
+    pinged: u64,
+}
+
+/// What a look at the socket gave.
+struct Seen {
+    flushed: Option<Result<(), Error>>,
+    message: Option<Option<Result<Message, Error>>>,
+}
+
+impl Session {
+    fn new(ocean: Arc<Ocean>, client: Client, stream: Stream) -> Self {
+        let hello = ocean.hello();
+        let (reader, beats) = (ocean.bulletin.reader(hello.sequence), ocean.bulletin.beats());
+        let hello = ServerMessage::Hello(Box::new(hello)).to_json();
+        Self {
+            ocean,
+            client,
+            stream,
+            reader,
+            lane: VecDeque::from([Answer::Text(Message::text(hello))]),
+            interval: 1,
+            units: Vec::new(),
+            cursor: Cursor::default(),
+            flushing: false,
+            pongs: 0,
+            malformed: 0,
+            heard: beats,
+            pinged: beats,
+        }
+    }
+
+    async fn run(&mut self) -> Option<End> {
+        let (mut pulse, closing) = (self.ocean.bulletin.pulse(), self.ocean.bulletin.closing());
+        loop {
+            // Whatever happens from here on wakes the wait below.
+            pulse.mark_unchanged();
+            if *closing.borrow() {
+                return Some(End::Close(1001, "the server shuts down"));
+            }
+            let beats = self.ocean.bulletin.beats();
+            if beats - self.heard > self.ocean.settings.silence.as_secs() {
+                return None;
+            }
+            if !self.flushing
+                && let Err(end) = self.fill(beats)
+            {
+                return Some(end);
+            }
+            let seen = tokio::select! {
+                biased;
+                seen = poll_fn(|cx| self.look(cx)) => seen,
+                _ = pulse.changed() => continue,
+            };
+            match seen.flushed {
+                Some(Ok(())) => (self.flushing, self.pongs) = (false, 0),
+                Some(Err(_)) => return None,
+                None => {}
+            }
+            match seen.message {
+                Some(Some(Ok(message))) => {
+                    self.heard = beats;
+                    if let Err(end) = self.hear(&message) {
+                        return Some(end);
+                    }
+                }
+                Some(Some(Err(error))) => return end_of(&error),
+                Some(None) => return None,
+                None => {}
+            }
+        }
+    }
+
+    /// Polls both directions; both wake this task.
+    fn look(&mut self, cx: &mut Context<'_>) -> Poll<Seen> {
+        let mut seen = Seen { flushed: None, message: None };
+        if self.flushing
+            && let Poll::Ready(flushed) = self.stream.poll_flush_unpin(cx)
+        {
+            seen.flushed = Some(flushed);
+        }
+        if (!self.flushing || self.pongs < PONGS)
+            && let Poll::Ready(message) = self.stream.poll_next_unpin(cx)
+        {
+            seen.message = Some(message);
+        }
+        if seen.flushed.is_none() && seen.message.is_none() { Poll::Pending } else { Poll::Ready(seen) }
+    }
+
+    /// Hands the idle socket what is due.
+    fn fill(&mut self, beats: u64) -> Result<(), End> {
+        while let Some(answer) = self.lane.pop_front() {
+            let message = answer.stamped(&self.ocean);
+            self.send(message);
+        }
+        if let Some(news) = self.ocean.bulletin.news(&mut self.reader) {
+            if news.missed {
+                return Err(OVERFLOW);
+            }
+            news.changes.into_iter().chain(news.status).for_each(|message| self.send(message));
+        }
+        if beats - self.pinged >= self.ocean.settings.ping.as_secs() {
+            self.pinged = beats;
+            self.send(Message::ping(""));
+        }
+        if self.units.is_empty() {
+            return Ok(());
+        }
+        let (units, interval, stream) = (&self.units, self.interval, &mut self.stream);
+        let wants = |unit: &UnitName, tick: i64| {
+            let held = || units.binary_search_by_key(unit, |(unit, _)| *unit).is_ok_and(|at| units[at].1 <= tick);
+            tick % interval == 0 && held()
+        };
+        let stale = self.ocean.tick() - STALE;
+        let taken = self.ocean.ring.take(&mut self.cursor, stale, BURST, wants, |frame| {
+            // Fails only after a close, which the next read reports.
+            let _ = stream.start_send_unpin(Message::binary(frame));
+        });
+        if taken.frames > 0 {
+            self.flushing = true;
+            self.ocean.metrics.sent(taken.frames, taken.bytes as u64);
+        }
+        if taken.jumped {
+            self.ocean.metrics.jumped();
+        }
+        Ok(())
+    }
+
+    fn send(&mut self, message: Message) {
+        let _ = self.stream.start_send_unpin(message);
+        self.flushing = true;
+    }
+
+    fn hear(&mut self, message: &Message) -> Result<(), End> {
+        if message.is_close() {
+            return Err(End::Answer);
+        }
+        if message.is_binary() {
+            return Err(End::Close(1003, "clients send text"));
+        }
+        if message.is_ping() {
+            // The library has queued the pong.
+            self.pongs += 1;
+            self.flushing = true;
+        }
+        let Some(text) = message.as_text() else { return Ok(()) };
+        if self.lane.len() >= LANE {
+            return Err(OVERFLOW);
+        }
+        let t1_us = self.ocean.clock.now_us();
+        match ClientMessage::parse(text) {
+            Ok(ClientMessage::Time(time)) => self.lane.push_back(Answer::Time { t0: time.t0, t1_us }),
+            Ok(ClientMessage::Subscribe(subscribe)) => {
+                let id = subscribe.id;
+                let answer = match self.subscribe(subscribe) {
+                    Ok(subscribed) => ServerMessage::Subscribed(subscribed),
+                    Err(error) => requests::refusal(error, Some(id)),
+                };
+                self.answer(&answer);
+            }
+            Err(error) => {
+                self.answer(&requests::refusal(error, None));
+                self.malformed += 1;
+                if self.malformed >= MALFORMED {
+                    return Err(End::Close(1008, "too many messages that can't be parsed"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn answer(&mut self, message: &ServerMessage) {
+        self.lane.push_back(Answer::Text(Message::text(message.to_json())));
+    }
+
+    fn subscribe(&mut self, subscribe: Subscribe) -> Result<Subscribed, crate::wire::ClientError> {
+        requests::check(&subscribe, &self.ocean.current().timeline)?;
+        let interval = interval_of_rate(subscribe.rate_hz);
+        let granted = self.client.subscribe(interval, &subscribe.units);
+        let units = granted.map_err(|index| requests::unavailable(index, self.ocean.settings.live_units))?;
+        // Read after the engine was told: frames up to here may have left without the new units.
+        let from_tick = ((self.ocean.tick() + lead()) / interval + 1) * interval;
+        let held = std::mem::take(&mut self.units);
+        if held.is_empty() {
+            self.cursor = self.ocean.ring.at(from_tick);
+        }
+        let first = |unit: &UnitName| {
+            // A unit that goes on flows without a gap.
+            held.binary_search_by_key(unit, |(unit, _)| *unit).map_or(from_tick, |at| held[at].1)
+        };
+        self.units = units.iter().map(|unit| (*unit, first(unit))).collect();
+        self.units.sort_unstable();
+        self.units.dedup();
+        self.interval = interval;
+        Ok(Subscribed { id: subscribe.id, rate_hz: subscribe.rate_hz, units, from_tick })
+    }
+}
+
+const OVERFLOW: End = End::Close(4000, "control messages are not read");
+
+impl Answer {
+    fn stamped(self, ocean: &Ocean) -> Message {
+        match self {
+            Self::Text(message) => message,
+            Self::Time { t0, t1_us } => {
+                let t2_us = ocean.clock.now_us();
+                Message::text(ServerMessage::Time(TimeAnswer { t0, t1_us, t2_us }).to_json())
+            }
+        }
+    }
+}
+
+fn end_of(error: &Error) -> Option<End> {
+    match error {
+        Error::PayloadTooLong { .. } => Some(End::Close(1009, "the message is too long")),
+        Error::Protocol(ProtocolError::InvalidUtf8) => Some(End::Close(1007, "text must be UTF-8")),
+        Error::Protocol(_) => Some(End::Close(1002, "not the WebSocket protocol")),
+        _ => None,
+    }
+}
+
+/// Closes a connection so that the client can read why.
+async fn part(mut stream: Stream, end: Option<End>) {
+    let Some(end) = end else { return };
+    if let End::Close(code, reason) = end
+        && let Ok(code) = CloseCode::try_from(code)
+    {
+        // Refused where the library has queued a close of its own, with the same code.
+        let _ = stream.start_send_unpin(Message::close(Some(code), reason));
+    }
+    let polite = async {
+        stream.flush().await.ok()?;
+        let mut socket = stream.into_inner();
+        socket.shutdown().await.ok()?;
+        // Bytes left unread would turn the close into a reset, and the client would never read it.
+        let mut waste = vec![0; 4096];
+        while socket.read(&mut waste).await.ok()? > 0 {}
+        Some(())
+    };
+    let _ = timeout(FAREWELL, polite).await;
+}

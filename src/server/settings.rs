@@ -1,0 +1,50 @@
+//! Limits of the server; every default stands here.
+
+use std::time::Duration;
+
+use crate::engine::EngineSettings;
+
+/// What an operator may set.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// How the engine runs.
+    pub engine: EngineSettings,
+    /// Most connections of any kind; a further one is answered 503 and closed.
+    pub connections: usize,
+    /// Most connections from one address.
+    pub connections_per_address: usize,
+    /// Most stream clients; a further one is closed with 1013.
+    pub clients: usize,
+    /// Most units encoded for all clients together.
+    pub live_units: usize,
+    /// Origins, as browsers write them, that may open a stream besides the server's own.
+    pub allowed_origins: Vec<String>,
+    /// Most bytes of frames kept for clients that are behind.
+    pub ring_bytes: usize,
+    /// A client that sends nothing, not even a pong, for this long is dropped.
+    pub silence: Duration,
+    /// How often a client is pinged.
+    pub ping: Duration,
+    /// How long a shutdown waits for connections to end.
+    pub farewell: Duration,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            engine: EngineSettings::default(),
+            connections: 4096,
+            connections_per_address: 2048,
+            clients: 2048,
+            live_units: 64,
+            allowed_origins: Vec::new(),
+            ring_bytes: 256 << 20,
+            silence: Duration::from_secs(45),
+            ping: Duration::from_secs(15),
+            farewell: Duration::from_secs(5),
+        }
+    }
+}
+
+/// Most units of one subscription.
+pub const MAX_UNITS: usize = 64;
