@@ -1,0 +1,105 @@
+// Reads a binary frame (PROTOCOL.md section 5): every check, no copy of a sample.
+// Invariant: a frame that is wrong in any way is refused as a whole.
+
+import { crc32 } from './crc32.js';
+
+export const HEADER_BYTES = 88;
+export const CLASSES = ['0.5mm', '1mm', '5mm', '20mm'];
+export const GROUPS = ['displacement', 'slopes', 'derivatives', 'foam'];
+export const GROUP_CHANNELS = [3, 2, 3, 1];
+export const FLAG_KEY = 1;
+export const FLAG_SATURATED = 2;
+
+const MAGIC = 0x31465753; // "SWF1", little-endian
+const TILE = 256;
+const MAX_TICK_HIGH = 0x1fffff; // upper half of 2^53 - 1
+
+/** A frame that must be dropped; `message` says why. */
+export class FrameError extends Error {}
+
+/**
+ * @typedef {object} Frame
+ * @property {number} cascade index into `hello.layout.cascades`
+ * @property {number} level
+ * @property {number} class index into CLASSES
+ * @property {number} group index into GROUPS
+ * @property {number} flags FLAG_KEY, FLAG_SATURATED
+ * @property {number} n samples a side of this tile
+ * @property {number} levelN samples a side of the whole patch at this level
+ * @property {number} tileX
+ * @property {number} tileZ
+ * @property {number} channels
+ * @property {number} tick
+ * @property {string} epoch 16 hexadecimal digits
+ * @property {bigint} sequence
+ * @property {number} layout generation
+ * @property {Float32Array} step metres (or 1) a count, per channel
+ * @property {Float32Array} maxError per channel
+ * @property {Int16Array} counts all planes, one after the other: a view into the message
+ */
+
+/**
+ * @param {ArrayBuffer} buffer one whole binary message
+ * @returns {Frame}
+ * @throws {FrameError}
+ */
+export function decodeFrame(buffer) {
+  const size = buffer.byteLength;
+  if (size < HEADER_BYTES) refuse(`${size} bytes, a header has ${HEADER_BYTES}`);
+  const view = new DataView(buffer);
+  const u8 = (at) => view.getUint8(at);
+  const u16 = (at) => view.getUint16(at, true);
+  const u32 = (at) => view.getUint32(at, true);
+
+  if (u32(0) !== MAGIC) refuse('magic is not SWF1');
+  if (u16(4) !== HEADER_BYTES) refuse(`header_bytes is ${u16(4)}`);
+  const level = u8(7), kind = u8(8), group = u8(9), flags = u8(11);
+  if (kind >= CLASSES.length) refuse(`unknown class ${kind}`);
+  if (group >= GROUPS.length) refuse(`unknown group ${group}`);
+  if (u8(10) !== 0) refuse(`unknown codec ${u8(10)}`);
+  if (flags & ~(FLAG_KEY | FLAG_SATURATED)) refuse(`unknown flags ${flags}`);
+
+  const n = u16(12), levelN = u16(14), tileX = u16(16), tileZ = u16(18), channels = u16(20);
+  if (n < 8 || n > TILE || (n & (n - 1)) !== 0) refuse(`n is ${n}`);
+  if (levelN === 0 || levelN % n !== 0) refuse(`level_n is ${levelN}, n is ${n}`);
+  if (levelN !== n && n !== TILE) refuse(`a patch of ${levelN} is cut into tiles of ${n}`);
+  if (tileX >= levelN / n || tileZ >= levelN / n) refuse(`tile ${tileX}, ${tileZ} lies outside the patch`);
+  if (channels !== GROUP_CHANNELS[group]) refuse(`${channels} channels of ${GROUPS[group]}`);
+  if (u16(22) !== 0 || u32(84) !== 0) refuse('a zero field is not zero');
+  if (u32(28) > MAX_TICK_HIGH) refuse('tick is above 2^53 - 1');
+
+  const step = new Float32Array(buffer, 56, 3);
+  const maxError = new Float32Array(buffer, 68, 3);
+  for (let c = 0; c < 3; c++) {
+    if (c < channels) {
+      if (!(step[c] > 0 && step[c] < Infinity)) refuse(`step ${c} is ${step[c]}`);
+      if (!(maxError[c] > 0 && maxError[c] < Infinity)) refuse(`max_error ${c} is ${maxError[c]}`);
+    } else if (step[c] !== 0 || maxError[c] !== 0) {
+      refuse(`step or max_error of absent channel ${c} is not zero`);
+    }
+  }
+
+  const payload = u32(52);
+  if (payload !== channels * n * n * 2) refuse(`payload_bytes is ${payload}`);
+  if (size !== HEADER_BYTES + payload) refuse(`${size} bytes, must be ${HEADER_BYTES + payload}`);
+  const crc = crc32(crc32(0, buffer, 0, 80), buffer, HEADER_BYTES, payload);
+  if (crc !== u32(80)) refuse('crc differs');
+
+  return {
+    cascade: u8(6), level, class: kind, group, flags, n, levelN, tileX, tileZ, channels,
+    tick: u32(28) * 0x100000000 + u32(24),
+    epoch: hex32(u32(36)) + hex32(u32(32)),
+    sequence: view.getBigUint64(40, true),
+    layout: u32(48),
+    step, maxError,
+    counts: new Int16Array(buffer, HEADER_BYTES, channels * n * n),
+  };
+}
+
+function hex32(value) {
+  return value.toString(16).padStart(8, '0');
+}
+
+function refuse(why) {
+  throw new FrameError(why);
+}

@@ -1,0 +1,30 @@
+// What to subscribe to: the wish of the page, fitted to what `hello` offers.
+
+/**
+ * @typedef {object} Plan
+ * @property {number} rateHz
+ * @property {{cascade: number, level: number, class: string, group: string}[]} units
+ */
+
+/** In order of need: a sea without foam is a sea, one without height is not. */
+const WANTED = ['displacement', 'slopes', 'derivatives', 'foam'];
+
+/**
+ * @param {object} hello
+ * @param {{rate: number, level: number, class: string}} wish
+ * @returns {Plan}
+ */
+export function planUnits(hello, wish) {
+  const rateHz = hello.rates_hz.reduce((a, b) => (Math.abs(b - wish.rate) < Math.abs(a - wish.rate) ? b : a));
+  const names = hello.classes.map((c) => c.name);
+  const kind = names.includes(wish.class) ? wish.class : names[0];
+  const offered = hello.groups.map((g) => g.name);
+  const units = [];
+  for (const group of WANTED.filter((g) => offered.includes(g))) {
+    hello.layout.cascades.forEach((cascade, index) => {
+      units.push({ cascade: index, level: Math.min(wish.level, cascade.levels - 1), class: kind, group });
+    });
+  }
+  const most = hello.limits.units ?? units.length;
+  return { rateHz, units: units.slice(0, most) };
+}

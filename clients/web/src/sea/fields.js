@@ -1,0 +1,207 @@
+// The sea at one moment: joins the frames of every cascade in time and gives filterable textures.
+//
+// One texture array each, a layer per cascade:
+//   displacement  dx, height, dz, -           metres, for vertices
+//   gradient      hx, hz, Dxx, Dzz            for the exact normal
+//   moment        hx^2, hz^2, hx hz, foam     what mipmaps of slopes lose, they keep: E[s s^T]
+//   shear         Dxz
+
+import { GROUP_CHANNELS, GROUPS } from '../decode.js';
+import { TICKS_PER_SECOND } from '../messages.js';
+import { bindTexture, COVER_VERTEX, makeProgram } from './gl.js';
+import { Unit } from './unit.js';
+
+const CHANNELS = 9;
+const FIRST_CHANNEL = [0, 3, 5, 8]; // by group
+
+const RESOLVE = `
+precision highp isampler2DArray;
+uniform isampler2DArray uDisplacement, uSlopes, uDerivatives, uFoam;
+uniform ivec4 uSlots[4];   // by group: where the four frames lie
+uniform vec4 uWeights[${CHANNELS}]; // by channel: weight in time, times metres a count
+uniform int uCoarser;      // samples of the target per sample of the frames
+layout(location = 0) out vec4 oDisplacement;
+layout(location = 1) out vec4 oGradient;
+layout(location = 2) out vec4 oMoment;
+layout(location = 3) out vec4 oShear;
+
+vec4 counts(isampler2DArray frames, ivec4 layer, ivec2 p) {
+  return vec4(texelFetch(frames, ivec3(p, layer.x), 0).r, texelFetch(frames, ivec3(p, layer.y), 0).r,
+              texelFetch(frames, ivec3(p, layer.z), 0).r, texelFetch(frames, ivec3(p, layer.w), 0).r);
+}
+
+float field(isampler2DArray frames, ivec4 slots, int channels, int channel, vec4 weights) {
+  ivec4 layer = slots * channels + channel;
+  ivec2 p = ivec2(gl_FragCoord.xy);
+  if (uCoarser == 1) return dot(weights, counts(frames, layer, p));
+  ivec2 n = textureSize(frames, 0).xy, a = p / uCoarser, b = (a + 1) % n;
+  vec2 f = vec2(p - a * uCoarser) / float(uCoarser);
+  vec4 c = mix(mix(counts(frames, layer, a), counts(frames, layer, ivec2(b.x, a.y)), f.x),
+               mix(counts(frames, layer, ivec2(a.x, b.y)), counts(frames, layer, b), f.x), f.y);
+  return dot(weights, c);
+}
+
+void main() {
+  vec2 slope = vec2(field(uSlopes, uSlots[1], 2, 0, uWeights[3]), field(uSlopes, uSlots[1], 2, 1, uWeights[4]));
+  oDisplacement = vec4(field(uDisplacement, uSlots[0], 3, 0, uWeights[0]),
+                       field(uDisplacement, uSlots[0], 3, 1, uWeights[1]),
+                       field(uDisplacement, uSlots[0], 3, 2, uWeights[2]), 0.0);
+  oGradient = vec4(slope, field(uDerivatives, uSlots[2], 3, 0, uWeights[5]),
+                          field(uDerivatives, uSlots[2], 3, 1, uWeights[6]));
+  oShear = vec4(field(uDerivatives, uSlots[2], 3, 2, uWeights[7]));
+  oMoment = vec4(slope * slope, slope.x * slope.y, clamp(field(uFoam, uSlots[3], 1, 0, uWeights[8]), 0.0, 1.0));
+}`;
+
+export class Fields {
+  /**
+   * @param {import('./gl.js').Gpu} gpu
+   * @param {object} layout of `hello`
+   * @param {import('../plan.js').Plan} plan
+   */
+  constructor(gpu, layout, plan) {
+    const { gl } = gpu;
+    this.gpu = gpu;
+    this.plan = plan;
+    this.interval = TICKS_PER_SECOND / plan.rateHz;
+    this.patches = layout.cascades.map((c) => c.patch_m);
+    this.count = layout.cascades.length;
+    /** units by cascade, then group; null where none is subscribed */
+    this.units = layout.cascades.map(() => GROUPS.map(() => null));
+    this.all = [];
+    for (const u of plan.units) {
+      const group = GROUPS.indexOf(u.group);
+      const unit = new Unit(gl, GROUP_CHANNELS[group], layout.cascades[u.cascade].n >> u.level, this.interval);
+      unit.level = u.level;
+      this.units[u.cascade][group] = unit;
+      this.all.push(unit);
+    }
+    this.size = Math.max(...this.all.map((u) => u.size));
+    this.tick = -1;
+    this.changed = false;
+    this.complete = false; // every cascade has displacement, slopes and derivatives
+    this.foamy = false; // and foam
+    this.nextAhead = 0;
+
+    const wide = gpu.float32 ? gl.RGBA32F : gl.RGBA16F;
+    this.displacement = this.#target(wide, false);
+    this.gradient = this.#target(gl.RGBA16F, true);
+    this.moment = this.#target(gl.RGBA16F, true);
+    this.shear = this.#target(gl.R16F, true);
+    this.targets = this.patches.map((_, layer) => {
+      const frame = gl.createFramebuffer();
+      gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
+      [this.displacement, this.gradient, this.moment, this.shear].forEach((texture, i) => {
+        gl.framebufferTextureLayer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, texture, 0, layer);
+      });
+      gl.drawBuffers([0, 1, 2, 3].map((i) => gl.COLOR_ATTACHMENT0 + i));
+      return frame;
+    });
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    this.pass = makeProgram(gl, 'resolve', COVER_VERTEX, RESOLVE);
+    this.slots = new Int32Array(16);
+    this.weights = new Float32Array(4 * CHANNELS);
+    this.empty = new Unit(gl, 1, 8, this.interval); // stands in where nothing is subscribed
+  }
+
+  /**
+   * @param {import('../decode.js').Frame} frame
+   * @returns {boolean} whether it was of use
+   */
+  accept(frame) {
+    const unit = this.units[frame.cascade]?.[frame.group];
+    return Boolean(unit) && unit.level === frame.level && unit.accept(frame);
+  }
+
+  /**
+   * Sets the textures to a moment.
+   * @param {number} tick
+   * @returns {boolean} starved: some unit had no frame on one side of that moment
+   */
+  seek(tick) {
+    if (tick === this.tick) return false;
+    this.tick = tick;
+    const { gl } = this.gpu;
+    const { at, program } = this.pass;
+    let starved = false, complete = true, foamy = true;
+    gl.useProgram(program);
+    gl.disable(gl.DEPTH_TEST);
+    gl.viewport(0, 0, this.size, this.size);
+    for (let cascade = 0; cascade < this.count; cascade++) {
+      this.slots.fill(0);
+      this.weights.fill(0);
+      let size = this.size;
+      for (let group = 0; group < GROUPS.length; group++) {
+        const unit = this.units[cascade][group];
+        if (!unit) {
+          if (group !== 3) complete = false;
+          continue;
+        }
+        size = unit.size;
+        const pick = unit.seek(tick);
+        if (pick.points === 0) {
+          if (group === 3) foamy = false; else complete = false;
+          continue;
+        }
+        starved ||= pick.starved;
+        for (let i = 0; i < 4; i++) {
+          this.slots[group * 4 + i] = pick.slots[i];
+          for (let c = 0; c < unit.channels; c++) {
+            this.weights[(FIRST_CHANNEL[group] + c) * 4 + i] = pick.weights[i] * unit.step(pick.slots[i], c);
+          }
+        }
+      }
+      gl.uniform4iv(at.uSlots, this.slots);
+      gl.uniform4fv(at.uWeights, this.weights);
+      gl.uniform1i(at.uCoarser, this.size / size);
+      [at.uDisplacement, at.uSlopes, at.uDerivatives, at.uFoam].forEach((location, group) => {
+        bindTexture(gl, group, gl.TEXTURE_2D_ARRAY, (this.units[cascade][group] ?? this.empty).texture, location);
+      });
+      gl.bindFramebuffer(gl.FRAMEBUFFER, this.targets[cascade]);
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.activeTexture(gl.TEXTURE0);
+    for (const texture of [this.displacement, this.gradient, this.moment, this.shear]) {
+      gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
+      gl.generateMipmap(gl.TEXTURE_2D_ARRAY);
+    }
+    this.complete = complete;
+    this.foamy = complete && foamy;
+    return starved;
+  }
+
+  /** Uploads a few frames before they are needed, so that no single drawing pays for all. */
+  uploadAhead(tick, most) {
+    this.gpu.gl.activeTexture(this.gpu.gl.TEXTURE0);
+    for (let i = 0; i < this.all.length && most > 0; i++) {
+      const unit = this.all[this.nextAhead++ % this.all.length];
+      if (unit.uploadAhead(tick)) most--;
+    }
+  }
+
+  /** Ticks of frames held ahead of a time by the unit that has the fewest; foam may not be warm yet. */
+  ahead(tick) {
+    let least = Infinity;
+    for (const unit of this.all) if (unit.ring.newest >= 0) least = Math.min(least, unit.ring.ahead(tick));
+    return Number.isFinite(least) ? least : 0;
+  }
+
+  dispose() {
+    const { gl } = this.gpu;
+    for (const unit of [...this.all, this.empty]) unit.dispose();
+    for (const t of [this.displacement, this.gradient, this.moment, this.shear]) gl.deleteTexture(t);
+    for (const f of this.targets) gl.deleteFramebuffer(f);
+    gl.deleteProgram(this.pass.program);
+  }
+
+  #target(format, anisotropic) {
+    const { gl, anisotropy, anisotropyName } = this.gpu;
+    const texture = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
+    gl.texStorage3D(gl.TEXTURE_2D_ARRAY, Math.log2(this.size) + 1, format, this.size, this.size, this.count);
+    gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
+    gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, gl.LINEAR);
+    if (anisotropic && anisotropyName) gl.texParameterf(gl.TEXTURE_2D_ARRAY, anisotropyName, anisotropy);
+    return texture;
+  }
+}

@@ -1,0 +1,26 @@
+// The network's thread: the connection and the decoder live here, so that drawing never delays a
+// time exchange and a burst of frames never delays drawing. Times are sent since the page epoch.
+
+import { Connection } from './connection.js';
+
+const now = () => performance.timeOrigin + performance.now();
+let connection;
+
+const on = {
+  state: (connected, detail) => postMessage({ kind: 'state', connected, detail }),
+  hello: (hello, plan) => postMessage({ kind: 'hello', hello, plan }),
+  message: (message) => postMessage({ kind: 'message', message }),
+  frame: (frame) => postMessage({ kind: 'frame', frame }, [frame.counts.buffer]),
+  refused: (why) => postMessage({ kind: 'refused', why }),
+  exchange: (t0, t1, t2, t3) => postMessage({ kind: 'exchange', t0, t1, t2, t3 }),
+  bytes: (bytes) => postMessage({ kind: 'bytes', bytes }),
+};
+
+onmessage = ({ data }) => {
+  if (data.kind === 'open') {
+    connection = new Connection(data.url, data.wish, on, now);
+    connection.open();
+  } else if (data.kind === 'pause') {
+    connection?.pause(data.paused);
+  }
+};
