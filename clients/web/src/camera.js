@@ -16,7 +16,7 @@ export class Camera {
     this.fov = 55 * RADIANS; // vertical
     this.keys = new Set();
     this.thrust = 0; // of a second finger
-    this.lift = 0; // how far the water has pushed us up, metres
+    this.lift = 0; // how far the water pushes us up, metres
     this.frame = { right: [0, 0, 0], up: [0, 0, 0], forward: [0, 0, 0], near: 0.3 };
   }
 
@@ -83,6 +83,9 @@ export class Camera {
     const speed = (3 + this.eye[1] * 0.8) * (on('ShiftLeft', 'ShiftRight') ? 4 : 1) * Math.min(seconds, 0.1);
     for (let i = 0; i < 3; i++) this.eye[i] += (forward[i] * ahead + right[i] * side) * speed;
     this.eye[1] = Math.min(3000, this.eye[1] + rise * speed * 0.5);
-    this.eye[1] = Math.max(this.eye[1], water + LOWEST_M);
+    // The water lifts us at once and lets us down gently, to where we were.
+    this.eye[1] -= this.lift;
+    this.lift = Math.max(0, water + LOWEST_M - this.eye[1], this.lift * Math.exp(-seconds));
+    this.eye[1] += this.lift;
   }
 }

@@ -1,8 +1,10 @@
 // The server's time as this client sees it. Pure: own time is always an argument (milliseconds).
 //
-// Four timestamps give offset and round trip of an exchange. Delay only ever adds, so an exchange
-// errs by at most half of what its round trip exceeds the shortest one. The best exchanges are
-// fitted by a line (offset and drift), by least absolute deviation in effect (reweighted squares).
+// Delay only ever adds. So with f = t1 - t0 and g = t2 - t3 of every exchange, the true offset lies
+// below all f and above all g: a corridor, bounded by the exchanges that were fast one way, which
+// need not be the same ones. The line (offset and drift) through the middle of the widest corridor
+// is the estimate (Moon, Skelly & Towsley 1999), half the corridor's width its bound. A late message
+// can't move it; exchanges that leave no corridor say that the clocks have changed.
 
 import { TICKS_PER_SECOND } from './messages.js';
 
@@ -10,8 +12,9 @@ const CAPACITY = 128;
 const STEP_MS = 200;
 const SLEW = 0.01;
 const MAX_DRIFT = 3e-4; // no crystal is worse
-const DRIFT_SPAN_MS = 10_000;
-const AGE_ERROR = 2e-5; // what the drift may change by, per unit of time
+const DRIFT_SPAN_MS = 10_000, LONG_SPAN_MS = 60_000;
+const MIN_FOR_DRIFT = 16;
+const AGE_ERROR = 2e-5; // what the drift may be wrong by, per unit of time
 
 export class Clock {
   constructor() {
@@ -20,9 +23,9 @@ export class Clock {
 
   /** Forgets everything: another timeline begins. */
   reset() {
-    this.samples = []; // {at, offset, rtt}, oldest first
+    this.samples = []; // {at, offset, rtt, above, below}, oldest first
     this.fit = null; // {at, offset, drift}
-    this.boundMs = Infinity;
+    this.gap = Infinity; // width of the corridor, ms
     this.shown = null; // {at, server}: what was shown last, for slewing
     this.steps = 0;
   }
@@ -37,7 +40,7 @@ export class Clock {
   exchange(t0, t1, t2, t3) {
     const rtt = t3 - t0 - (t2 - t1);
     if (!(rtt >= 0) || !Number.isFinite(t1 + t2)) return;
-    const sample = { at: (t0 + t3) / 2, offset: ((t1 - t0) + (t2 - t3)) / 2, rtt };
+    const sample = { at: (t0 + t3) / 2, offset: ((t1 - t0) + (t2 - t3)) / 2, rtt, above: t1 - t0, below: t2 - t3 };
     // A server clock that was set, or a machine that slept: nothing held is true any more.
     if (this.fit && Math.abs(sample.offset - this.#offsetAt(sample.at)) > STEP_MS + rtt / 2) this.samples.length = 0;
     this.samples.push(sample);
@@ -80,17 +83,16 @@ export class Clock {
   }
 
   /**
-   * Half the shortest round trip held (what no exchange can tell) is the part of the bound that
-   * asymmetry of the path can use up; the rest is spread of the good samples, age and slewing.
+   * How wrong the time shown may be: half the corridor, what drift may have added since, and what
+   * is still being slewed.
    * @param {number} now own time, ms
-   * @returns {{boundMs: number, spreadMs: number, rttMs: number}}
+   * @returns {{boundMs: number, rttMs: number}}
    */
   quality(now) {
-    if (!this.fit) return { boundMs: Infinity, spreadMs: Infinity, rttMs: Infinity };
-    const newest = this.samples[this.samples.length - 1].at;
+    if (!this.fit) return { boundMs: Infinity, rttMs: Infinity };
     const slewing = this.shown ? Math.abs(now + this.#offsetAt(now) - (this.shown.server + now - this.shown.at)) : 0;
-    const spread = this.spread + Math.max(0, now - newest) * AGE_ERROR + slewing;
-    return { boundMs: this.minRtt / 2 + spread, spreadMs: spread, rttMs: this.minRtt };
+    const age = Math.max(0, now - this.fit.at) * (this.fit.known ? AGE_ERROR : MAX_DRIFT);
+    return { boundMs: this.gap / 2 + age + slewing, rttMs: Math.min(...this.samples.map((s) => s.rtt)) };
   }
 
   #offsetAt(at) {
@@ -98,41 +100,42 @@ export class Clock {
   }
 
   #refit() {
-    const samples = this.samples;
-    const sorted = samples.map((s) => s.rtt).sort((a, b) => a - b);
-    this.minRtt = sorted[0];
-    const limit = sorted[Math.max(0, Math.ceil(samples.length / 4) - 1)];
-    const good = samples.filter((s) => s.rtt <= limit);
-    const span = good[good.length - 1].at - good[0].at;
-    const line = good.length >= 8 && span > DRIFT_SPAN_MS;
-
-    // Weight by how far the round trip is above the shortest: that is what bounds the error.
-    const slack = Math.max(0.05, (limit - this.minRtt) / 4);
-    const base = good.map((s) => 1 / (slack + (s.rtt - this.minRtt) / 2) ** 2);
-    const at = good[good.length - 1].at;
-    const origin = good[0].offset;
-    let weights = base;
-    let a = 0, b = 0;
-    for (let round = 0; round < 4; round++) {
-      let s0 = 0, s1 = 0, s2 = 0, y0 = 0, y1 = 0;
-      good.forEach((s, i) => {
-        const w = weights[i], x = s.at - at, y = s.offset - origin;
-        s0 += w; s1 += w * x; s2 += w * x * x; y0 += w * y; y1 += w * x * y;
-      });
-      const det = s0 * s2 - s1 * s1;
-      b = line && det > 0 ? (s0 * y1 - s1 * y0) / det : 0;
-      b = Math.min(MAX_DRIFT, Math.max(-MAX_DRIFT, b));
-      a = (y0 - b * s1) / s0;
-      const errors = good.map((s) => Math.abs(s.offset - origin - a - b * (s.at - at)));
-      const scale = Math.max(0.02, median(errors));
-      weights = base.map((w, i) => w / Math.max(1, errors[i] / (2 * scale)));
-      this.spread = 2 * scale / Math.sqrt(good.length) + 0.02;
+    for (;;) {
+      const { samples } = this;
+      const newest = samples[samples.length - 1], at = newest.at, origin = newest.offset;
+      const corridor = (drift) => {
+        let top = Infinity, bottom = -Infinity;
+        for (const s of samples) {
+          const shift = drift * (s.at - at) + origin;
+          top = Math.min(top, s.above - shift);
+          bottom = Math.max(bottom, s.below - shift);
+        }
+        return { gap: top - bottom, middle: origin + (top + bottom) / 2 };
+      };
+      // Drift can be told once it would show against the corridor's width.
+      const span = at - samples[0].at;
+      const known = samples.length >= MIN_FOR_DRIFT && span >= DRIFT_SPAN_MS
+        && (span >= LONG_SPAN_MS || corridor(0).gap < span * AGE_ERROR);
+      const drift = known ? widest(corridor) : 0;
+      const { gap, middle } = corridor(drift);
+      if (gap >= 0 || samples.length === 1) {
+        this.fit = { at, offset: middle, drift, known };
+        this.gap = Math.max(0, gap);
+        return;
+      }
+      // A contradiction. While drift is not known yet it is the likely cause, and small; later it is a
+      // clock that was set. Either way the older half is what no longer holds.
+      samples.splice(0, samples.length >> 1);
     }
-    this.fit = { at, offset: origin + a, drift: b };
   }
 }
 
-function median(values) {
-  const sorted = [...values].sort((a, b) => a - b);
-  return sorted[sorted.length >> 1];
+/** The drift with the widest corridor; its width is concave in the drift. */
+function widest(corridor) {
+  let low = -MAX_DRIFT, high = MAX_DRIFT;
+  for (let i = 0; i < 40; i++) {
+    const a = low + (high - low) * 0.382, b = low + (high - low) * 0.618;
+    if (corridor(a).gap < corridor(b).gap) low = a; else high = b;
+  }
+  return (low + high) / 2;
 }

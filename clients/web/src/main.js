@@ -4,6 +4,7 @@ import { Camera } from './camera.js';
 import { Clock } from './clock.js';
 import { readOptions } from './options.js';
 import { Panel } from './panel.js';
+import { waterHeight } from './sea/probe.js';
 import { Renderer } from './sea/renderer.js';
 
 const FOAM_PATIENCE_MS = 20_000; // foam may take long to be warm: the sea is ready without it
@@ -125,7 +126,8 @@ const seen = { at: last, pictures: 0, bytes: 0 };
 function picture(now) {
   requestAnimationFrame(picture);
   const tick = clock.synced ? clock.serverTick(now) : NaN;
-  camera.move((now - last) / 1000, -Infinity);
+  const { fields } = renderer;
+  camera.move((now - last) / 1000, fields?.complete ? waterHeight(fields, camera.eye[0], camera.eye[2]) : -Infinity);
   last = now;
   const { drawn, starved } = renderer.draw(tick, camera, weather);
   swellcast.tick = tick;
@@ -134,7 +136,7 @@ function picture(now) {
     if (starved) swellcast.starved++;
     if (!swellcast.readyNow) {
       if (Number.isNaN(completeAt)) completeAt = now;
-      if (renderer.fields.foamy || now - completeAt > FOAM_PATIENCE_MS) swellcast.setReady();
+      if (fields.foamy || now - completeAt > FOAM_PATIENCE_MS) swellcast.setReady();
     }
   }
   if (now - seen.at > PANEL_MS) report(now);

@@ -7,7 +7,7 @@ import { Grid } from './grid.js';
 import { SkyMap } from './sky.js';
 import { BACKGROUND_FRAGMENT, WATER_FRAGMENT, WATER_VERTEX } from './water.js';
 
-const EXPOSURE = 0.62;
+const EXPOSURE = 0.85;
 const HAZE_M = 22_000;
 const FADE_PATCHES = [9, 26]; // a cascade goes before its repetition can be counted
 const UPLOADS_AHEAD = 4;

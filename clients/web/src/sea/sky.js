@@ -11,9 +11,9 @@ const WIDTH = 256, HEIGHT = 128;
 /** Shared by every shader that looks at the sky. `uSun` points to the sun. */
 export const SKY_GLSL = `
 const float PI = 3.14159265;
-const vec3 SUN = vec3(20.0, 19.2, 17.8);
+const vec3 SUN = vec3(18.6, 19.8, 23.6); // white balance: a low sun is a little warm, not orange
 const vec3 AIR = vec3(0.049, 0.113, 0.278);  // optical depth of air, straight up, at 680, 550, 440 nm
-const vec3 DUST = vec3(0.070, 0.074, 0.080); // of haze
+const vec3 DUST = vec3(0.036, 0.039, 0.043); // of haze
 uniform vec3 uSun;
 
 float airMass(float sinElevation) {
@@ -35,9 +35,19 @@ vec3 skyRadiance(vec3 d) {
   float glow = (1.0 - g2 * g2) / (4.0 * PI * pow(1.0 + g2 * g2 - 2.0 * g2 * c, 1.5));
   vec3 depth = AIR + DUST;
   vec3 once = (AIR * air + DUST * mix(haze, glow, 0.12)) / depth;
-  vec3 often = (AIR + 0.8 * DUST) / depth * 0.022;
-  vec3 reach = exp(-depth * airMass(uSun.y) * 0.75);
+  vec3 often = (AIR + 0.8 * DUST) / depth * 0.030;
+  vec3 reach = exp(-depth * airMass(uSun.y) * 0.35);
   return SUN * (once * reach + often * sqrt(reach)) * (1.0 - exp(-depth * airMass(d.y)));
+}
+
+/** Display value of a radiance: extended Reinhard 2002 on luminance, then white for what is far too bright. */
+vec3 develop(vec3 radiance, float exposure) {
+  vec3 c = radiance * exposure;
+  float l = dot(c, vec3(0.2126, 0.7152, 0.0722));
+  c *= (1.0 + l / 30.0) / (1.0 + l);
+  float over = max(max(c.r, max(c.g, c.b)) - 0.8, 0.0);
+  c = mix(c, vec3(min(l, 1.0)), 1.0 - exp(-2.0 * over));
+  return pow(clamp(c, 0.0, 1.0), vec3(1.0 / 2.2));
 }
 
 /** Where a direction lies in the map of the sky: finer towards the horizon. */

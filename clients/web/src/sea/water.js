@@ -65,8 +65,8 @@ uniform float uExposure;
 uniform vec2 uHaze;      // 1 / length, 1 / height
 out vec4 oColor;
 
-const vec3 DEEP = vec3(0.0035, 0.0150, 0.0230);   // reflectance of the water body
-const vec3 THIN = vec3(0.0090, 0.0900, 0.0750);   // of thin crests against the light
+const vec3 DEEP = vec3(0.0022, 0.0125, 0.0250);   // reflectance of the water body
+const vec3 THIN = vec3(0.0060, 0.0700, 0.0680);   // of thin crests against the light
 
 float normalTail(float x) { // integral of the normal distribution up to x
   return 1.0 / (1.0 + exp(-1.702 * x));
@@ -75,10 +75,6 @@ float normalTail(float x) { // integral of the normal distribution up to x
 /** Smith's shadowing of a rough sea at a tangent of elevation, in standard deviations. */
 float shadow(float t) {
   return t > 1.6 ? 0.0 : (1.0 - 1.259 * t + 0.396 * t * t) / (3.535 * t + 2.181 * t * t);
-}
-
-vec3 toneMap(vec3 c) { // Narkowicz 2015
-  return clamp(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14), 0.0, 1.0);
 }
 
 void main() {
@@ -189,11 +185,13 @@ void main() {
   vec3 color = mix(body, sky, fresnel * open) + fresnel * (1.0 - open) * body + sun * min(glint, 60.0) * lit;
 
   // Foam: a lace whose white area is what the channel says.
-  float blur = clamp(length(fwidth(vRest)) * 2.0 - 0.2, 0.0, 1.0);
-  float threshold = 0.62 * texture(uFoamPattern, vRest / 5.3).r + 0.38 * texture(uFoamPattern, vRest.yx / 1.37 + 0.37).r;
-  float lace = smoothstep(-0.14, 0.14, foam * 0.95 - threshold);
-  float white = mix(lace * smoothstep(0.0, 0.12, foam), foam * 0.7, blur);
-  vec3 foamLight = 0.62 * (skyMean * PI * 0.8 * (0.5 + 0.5 * normal.y) + sun * max(0.15, dot(normal, uSun))) / PI;
+  float blur = clamp(length(fwidth(vRest)) * 0.7 - 0.1, 0.0, 1.0);
+  float threshold = 0.42 * texture(uFoamPattern, vRest / 5.3).r + 0.26 * texture(uFoamPattern, vRest.yx / 1.37 + 0.37).r
+    + 0.32 * texture(uFoamPattern, (vRest + vRest.yx * vec2(0.4, -0.4)) / 17.0).r;
+  threshold = 0.5 + 1.6 * (threshold - 0.5);
+  float lace = smoothstep(-0.2, 0.2, foam - threshold);
+  float white = mix(lace * smoothstep(0.0, 0.1, foam), foam * 0.7, blur);
+  vec3 foamLight = 0.75 * (skyMean * PI * 0.8 * (0.5 + 0.5 * normal.y) + sun * max(0.15, dot(normal, uSun))) / PI;
   color = mix(color, foamLight * (0.82 + 0.18 * lace), white * 0.92);
 
   // Air between.
@@ -201,8 +199,7 @@ void main() {
   float haze = 1.0 - exp(-distance * uHaze.x);
   color = mix(color, textureLod(uSky, skyMapAt(level), 0.0).rgb, haze);
 
-  color = toneMap(color * uExposure);
-  oColor = vec4(pow(color, vec3(1.0 / 2.2)), 1.0);
+  oColor = vec4(develop(color, uExposure), 1.0);
 }`;
 
 export const BACKGROUND_FRAGMENT = `
@@ -213,16 +210,11 @@ uniform mat3 uTurn;   // world from camera
 uniform float uExposure;
 out vec4 oColor;
 
-vec3 toneMap(vec3 c) {
-  return clamp(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14), 0.0, 1.0);
-}
-
 void main() {
   vec3 d = normalize(uTurn * vec3(vCover * uLens.xy, -1.0));
   vec3 color = skyRadiance(normalize(vec3(d.x, max(d.y, 0.012), d.z)));
   float off = acos(clamp(dot(d, uSun), -1.0, 1.0));
   color += sunIrradiance() * (400.0 * smoothstep(0.0056, 0.0044, off) + 0.25 * exp(-off * 22.0)) * step(0.0, d.y);
-  color = toneMap(color * uExposure);
   float grain = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715)))) - 0.5;
-  oColor = vec4(pow(color, vec3(1.0 / 2.2)) + grain / 255.0, 1.0);
+  oColor = vec4(develop(color, uExposure) + grain / 255.0, 1.0);
 }`;
