@@ -1,16 +1,15 @@
-//! The text messages of both sides, and the reading of a client's.
+//! The text messages of both sides as types; reading them is `parse`'s.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::vocabulary::{ErrorClass, Group, MAX_TICK};
+use super::vocabulary::{ErrorClass, Group};
 
 /// Largest text message a client may send.
 pub const MAX_MESSAGE_BYTES: usize = 4096;
 
 /// A unit as messages name it: what is encoded once and shared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct UnitName {
     /// Index of the cascade.
     pub cascade: u8,
@@ -23,8 +22,7 @@ pub struct UnitName {
 }
 
 /// A client asks for units at a rate; replaces what it asked before.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Subscribe {
     /// Echoed in the answer.
     pub id: u64,
@@ -35,15 +33,14 @@ pub struct Subscribe {
 }
 
 /// A client asks for the server's time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Time {
     /// Any finite number, echoed.
     pub t0: f64,
 }
 
 /// What a client may say.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum ClientMessage {
     /// Replace the subscription.
@@ -76,37 +73,6 @@ pub enum ErrorCode {
     Invalid,
     /// Well formed, but the server can't.
     Unavailable,
-}
-
-impl ClientMessage {
-    /// Reads a client's text message.
-    ///
-    /// # Errors
-    /// [`ClientError`] with the code and, where one is at fault, the field.
-    pub fn parse(text: &str) -> Result<Self, ClientError> {
-        let refuse =
-            |code, field: Option<&str>, detail: String| ClientError { code, field: field.map(str::to_owned), detail };
-        if text.len() > MAX_MESSAGE_BYTES {
-            let detail = format!("message is {} bytes, must be at most {MAX_MESSAGE_BYTES}", text.len());
-            return Err(refuse(ErrorCode::Malformed, None, detail));
-        }
-        let value: serde_json::Value =
-            serde_json::from_str(text).map_err(|e| refuse(ErrorCode::Malformed, None, format!("not JSON: {e}")))?;
-        let kind = value.get("type").and_then(serde_json::Value::as_str).unwrap_or_default().to_owned();
-        if !["subscribe", "time"].contains(&kind.as_str()) {
-            let detail = format!("type is {kind:?}, must be \"subscribe\" or \"time\"");
-            return Err(refuse(ErrorCode::UnknownType, Some("type"), detail));
-        }
-        let message: Self =
-            serde_json::from_value(value).map_err(|e| refuse(ErrorCode::Malformed, None, format!("{kind}: {e}")))?;
-        if let Self::Subscribe(subscribe) = &message
-            && subscribe.id > MAX_TICK as u64
-        {
-            let detail = format!("id is {}, must be at most 2^53 - 1", subscribe.id);
-            return Err(refuse(ErrorCode::Invalid, Some("id"), detail));
-        }
-        Ok(message)
-    }
 }
 
 /// A cascade as `hello` describes it.

@@ -5,6 +5,7 @@
 
 mod frame;
 mod message;
+mod parse;
 mod vocabulary;
 
 pub use frame::{FLAG_KEY, FLAG_SATURATED, FrameError, FrameHeader, HEADER_BYTES, MAGIC, split};
@@ -13,4 +14,5 @@ pub use message::{
     MAX_MESSAGE_BYTES, ServerMessage, Status, Subscribe, Subscribed, Time, TimeAnswer, UnitName, WindStatus,
     WireChange, WireChangeKind,
 };
+pub use parse::ServerTextError;
 pub use vocabulary::{CODEC_I16, ErrorClass, Group, MAX_TICK, SUBPROTOCOL, TICKS_PER_SECOND, TILE};
