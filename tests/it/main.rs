@@ -4,4 +4,7 @@ mod changes;
 mod cpu;
 mod frames;
 mod laws;
+mod random;
 mod support;
+mod vectors;
+mod wire;

@@ -1,0 +1,134 @@
+//! The valid text messages of the vectors, of both sides.
+
+use serde_json::json;
+use swellcast::wire::{
+    ClientMessage, ErrorClass, ErrorCode, Group, Hello, HelloCascade, HelloLayout, Limits, MAX_MESSAGE_BYTES, MAX_TICK,
+    ServerMessage, Status, Subscribe, Subscribed, TICKS_PER_SECOND, Time, TimeAnswer, UnitName, WindStatus, WireChange,
+    WireChangeKind,
+};
+
+fn unit(cascade: u8, level: u8, class: ErrorClass, group: Group) -> UnitName {
+    UnitName { cascade, level, class, group }
+}
+
+/// What a client may say, and the same as text.
+pub fn from_clients() -> Vec<(&'static str, ClientMessage, String)> {
+    let units = vec![
+        unit(0, 0, ErrorClass::Millimetre, Group::Displacement),
+        unit(0, 0, ErrorClass::HalfMillimetre, Group::Slopes),
+        unit(1, 2, ErrorClass::FiveMillimetres, Group::Derivatives),
+        unit(255, 255, ErrorClass::TwentyMillimetres, Group::Foam),
+    ];
+    let subscribe = |id, rate_hz, units| ClientMessage::Subscribe(Subscribe { id, rate_hz, units });
+    let time = |t0| ClientMessage::Time(Time { t0 });
+    let written = |name, message: ClientMessage| {
+        let text = serde_json::to_string(&message).expect("plain data");
+        (name, message, text)
+    };
+    vec![
+        written("subscribe to every class and group", subscribe(1, 15, units.clone())),
+        written("stop the flow", subscribe(2, 30, vec![])),
+        written("the largest id", subscribe(MAX_TICK as u64, 60, vec![])),
+        written("a time of microseconds", time(1_234_567.0)),
+        written("a time with a fraction", time(1234.567_800_001)),
+        written("a time below zero", time(-0.5)),
+        (
+            "any order of fields, any white space, escapes",
+            subscribe(3, 15, units[..1].to_vec()),
+            "\n{ \"units\" : [ {\"group\":\"displacement\", \"class\":\"1mm\",\t\"level\":0,\"cascade\":0} ],\r\n \
+             \"rate_hz\":15, \"id\":3, \"\\u0074ype\":\"subscribe\" }\n"
+                .to_owned(),
+        ),
+        ("a whole number as time", time(7.0), r#"{"type":"time","t0":7}"#.to_owned()),
+        ("an exponent as time", time(1500.0), r#"{"type":"time","t0":1.5e3}"#.to_owned()),
+    ]
+}
+
+/// What a server says.
+pub fn from_server() -> Vec<(&'static str, ServerMessage)> {
+    let hello = Hello {
+        protocol: 1,
+        server: "swellcast 0.1.0".to_owned(),
+        scene: "beaufort-5".to_owned(),
+        epoch: "0123456789abcdef".to_owned(),
+        seed: u64::MAX.to_string(),
+        ticks_per_second: TICKS_PER_SECOND,
+        tick: 86_400 * TICKS_PER_SECOND,
+        lead_ticks: 1680,
+        sequence: 1,
+        layout: HelloLayout {
+            generation: 1,
+            cascades: vec![
+                HelloCascade { patch_m: 250.0, n: 256, levels: 4, wavelength_min_m: 8.0, wavelength_max_m: 250.0 },
+                HelloCascade { patch_m: 19.5, n: 512, levels: 5, wavelength_min_m: 0.25, wavelength_max_m: 8.0 },
+            ],
+        },
+        choppiness: 1.0,
+        rates_hz: vec![15, 30, 60],
+        classes: Hello::all_classes(),
+        groups: Hello::all_groups(),
+        foam_step_ticks: 240,
+        limits: Limits { message_bytes: MAX_MESSAGE_BYTES as u32, units: 32, live_units: 64 },
+    };
+    let status = Status {
+        tick: MAX_TICK,
+        sequence: 3,
+        hs_m: 2.125,
+        wind: Some(WindStatus { speed_mps: 9.5, direction_from_deg: 225.0 }),
+        wind_range_mps: Some([4.0, 16.0]),
+        depth_m: None,
+        clients: 12,
+        backend: "cpu".to_owned(),
+        step_ms: 1.75,
+        skipped_frames: 0,
+    };
+    let swell = Status { wind: None, wind_range_mps: None, depth_m: Some(20.0), ..status.clone() };
+    let change = |sequence, change| {
+        ServerMessage::Change(WireChange { sequence, effective_tick: 72_000, transition_ticks: 216_000, change })
+    };
+    let error = |code, detail: &str, field: Option<&str>, id| ServerMessage::Error {
+        code,
+        detail: detail.to_owned(),
+        field: field.map(str::to_owned),
+        id,
+    };
+    let units = vec![unit(0, 0, ErrorClass::HalfMillimetre, Group::Displacement)];
+    vec![
+        ("hello", ServerMessage::Hello(Box::new(hello))),
+        ("subscribed", ServerMessage::Subscribed(Subscribed { id: 1, rate_hz: 15, units, from_tick: 7200 })),
+        (
+            "time",
+            ServerMessage::Time(TimeAnswer { t0: 1234.567_800_001, t1_us: 86_400_000_000, t2_us: 86_400_000_017 }),
+        ),
+        ("status with wind", ServerMessage::Status(status)),
+        ("status of a sea without wind", ServerMessage::Status(swell)),
+        ("a change of wind", change(2, WireChangeKind::Wind { speed_mps: 12.5, direction_from_deg: 359.5 })),
+        ("a change of depth", change(3, WireChangeKind::Water { depth_m: Some(8.0) })),
+        ("infinitely deep", change(4, WireChangeKind::Water { depth_m: None })),
+        ("an error with all its fields", error(ErrorCode::Invalid, "id is -1", Some("id"), Some(7))),
+        ("an error with none", error(ErrorCode::Malformed, "not JSON", None, None)),
+    ]
+}
+
+/// Texts of a later server that a client must take: name, text, and whether to ignore the whole message.
+pub fn from_later_servers() -> Vec<(&'static str, &'static str, bool)> {
+    vec![
+        ("a type of a later version", r#"{"type":"tide","height_m":0.5}"#, true),
+        ("a field of a later version", r#"{"type":"error","code":"invalid","detail":"-","since":[{"a":null}]}"#, false),
+    ]
+}
+
+/// `messages.json`.
+pub fn valid() -> String {
+    let mut lines = Vec::new();
+    for (name, _, text) in from_clients() {
+        lines.push(json!({ "from": "client", "about": name, "text": text }).to_string());
+    }
+    for (name, message) in from_server() {
+        lines.push(json!({ "from": "server", "about": name, "text": message.to_json() }).to_string());
+    }
+    for (name, text, ignore) in from_later_servers() {
+        lines.push(json!({ "from": "server", "about": name, "text": text, "ignore": ignore }).to_string());
+    }
+    format!("[\n  {}\n]\n", lines.join(",\n  "))
+}
