@@ -27,4 +27,7 @@ pub mod control;
 pub mod server;
 
 #[cfg(feature = "server")]
+pub mod client;
+
+#[cfg(feature = "server")]
 pub mod cli;

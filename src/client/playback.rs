@@ -1,6 +1,7 @@
 //! What the water is between frames: a small ring of decoded frames for each tile, interpolated at any server time.
 //!
-//! Invariant: bounded. At most [`RING`] frames a tile, and no more tiles than the subscription names.
+//! Invariant: bounded. At most [`RING`] frames a tile, only tiles of what was subscribed, and no more of that than
+//! [`MAX_SAMPLES`], whatever the server says its patches are.
 
 use std::collections::BTreeMap;
 
@@ -9,8 +10,8 @@ use crate::wire::{FrameHeader, Hello, TICKS_PER_SECOND, TILE, UnitName};
 
 /// Frames held of one tile: at 60 Hz the server is 8 ahead, and interpolation needs two behind.
 pub const RING: usize = 16;
-/// Most tiles a playback holds, whatever was subscribed: 16 frames of 3 planes of 256 x 256 are 12 MiB a tile.
-pub const MAX_TILES: usize = 64;
+/// Most samples of one moment, all units together: nine channels of three patches of 1024 x 1024 fit.
+pub const MAX_SAMPLES: u64 = 1 << 25;
 
 /// Which tile of what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -69,19 +70,21 @@ pub struct Playback {
 }
 
 impl Playback {
-    /// A playback of these units of the sea that `hello` describes. Units of cascades it doesn't name are left out.
+    /// A playback of these units of the sea that `hello` describes. Left out are units of cascades that it doesn't name
+    /// and those that no longer fit [`MAX_SAMPLES`].
     pub fn new(hello: &Hello, units: &[UnitName]) -> Self {
-        let size = |unit: &UnitName| {
-            let cascade = hello.layout.cascades.get(usize::from(unit.cascade))?;
-            let n = cascade.n.checked_shr(u32::from(unit.level))?;
-            Some(((unit.cascade, unit.group.id()), n))
-        };
-        Self {
-            epoch: u64::from_str_radix(&hello.epoch, 16).unwrap_or_default(),
-            layout: hello.layout.generation,
-            sizes: units.iter().filter_map(size).collect(),
-            tiles: BTreeMap::new(),
+        let (mut sizes, mut total) = (BTreeMap::new(), 0u64);
+        for unit in units {
+            let cascade = hello.layout.cascades.get(usize::from(unit.cascade));
+            let n = cascade.and_then(|c| c.n.checked_shr(u32::from(unit.level))).unwrap_or_default();
+            let samples = u64::from(n).pow(2).saturating_mul(unit.group.channels().len() as u64);
+            if n > 0 && total.saturating_add(samples) <= MAX_SAMPLES {
+                total += samples;
+                sizes.insert((unit.cascade, unit.group.id()), n);
+            }
         }
+        let epoch = u64::from_str_radix(&hello.epoch, 16).unwrap_or_default();
+        Self { epoch, layout: hello.layout.generation, sizes, tiles: BTreeMap::new() }
     }
 
     /// Keeps a frame. A frame held already is replaced; one older than a full ring is dropped.
@@ -98,8 +101,7 @@ impl Playback {
         }
         let key = TileKey::from(h);
         let asked = self.sizes.get(&(h.cascade, h.group)) == Some(&u32::from(h.level_n));
-        let room = self.tiles.contains_key(&key) || self.tiles.len() < MAX_TILES;
-        if !asked || !room || h.n != h.level_n.min(TILE as u16) {
+        if !asked || h.n != h.level_n.min(TILE as u16) {
             return Err(StrayFrame::Unasked { cascade: h.cascade, group: h.group, level_n: h.level_n });
         }
         let ring = self.tiles.entry(key).or_default();
@@ -130,22 +132,8 @@ impl Playback {
     ///
     /// Four-point Lagrange through the two frames before and the two after; through fewer where there are fewer.
     pub fn sample(&self, key: TileKey, channel: usize, server_us: i64, out: &mut Vec<f32>) -> Option<Footing> {
-        let ring = self.tiles.get(&key)?;
-        let now = ticks_of_us(server_us);
-        let split_at = now.floor().max(-1.0) as i64;
-        // Ticks at or before now, newest first, and after it.
-        let before: Vec<_> = u64::try_from(split_at).ok().into_iter().flat_map(|t| ring.range(..=t).rev().take(2)).collect();
-        let after: Vec<_> = ring.range(u64::try_from(split_at + 1).unwrap_or(0)..).take(2).collect();
-        let on_frame = before.first().is_some_and(|(tick, _)| **tick as f64 == now);
-        let between = on_frame || (!before.is_empty() && !after.is_empty());
-        let nodes: Vec<_> = if on_frame || after.is_empty() {
-            before[..1].to_vec()
-        } else if before.is_empty() {
-            after[..1].to_vec()
-        } else {
-            before.into_iter().rev().chain(after).collect()
-        };
-        let weights = lagrange(&nodes.iter().map(|(tick, _)| **tick as f64 - now).collect::<Vec<_>>());
+        let (nodes, footing) = self.nodes(key, server_us)?;
+        let weights = lagrange(&nodes.iter().map(|(from_now, _)| *from_now).collect::<Vec<_>>());
         let planes: Vec<&[f32]> = nodes.iter().map(|(_, tile)| tile.plane(channel)).collect();
         if planes.iter().any(|plane| plane.is_empty() || plane.len() != planes[0].len()) {
             return None;
@@ -155,7 +143,40 @@ impl Playback {
         for (plane, weight) in planes.iter().zip(&weights).skip(1) {
             out.iter_mut().zip(*plane).for_each(|(sum, value)| *sum += value * weight);
         }
-        Some(if between { Footing::Between } else { Footing::Starved })
+        Some(footing)
+    }
+
+    /// Whether a tile has frames on both sides of a server time; `None` when it has none at all.
+    pub fn footing(&self, key: TileKey, server_us: i64) -> Option<Footing> {
+        Some(self.nodes(key, server_us)?.1)
+    }
+
+    /// Forgets every frame that no sample at `server_us` or later needs.
+    pub fn forget_before(&mut self, server_us: i64) {
+        let Ok(now) = u64::try_from(ticks_of_us(server_us).floor() as i64) else { return };
+        for ring in self.tiles.values_mut() {
+            if let Some(second) = ring.range(..=now).rev().nth(1).map(|(tick, _)| *tick) {
+                *ring = ring.split_off(&second);
+            }
+        }
+    }
+
+    /// The frames that a sample at a server time goes through, each with its ticks from then.
+    fn nodes(&self, key: TileKey, server_us: i64) -> Option<(Vec<(f64, &Tile)>, Footing)> {
+        let ring = self.tiles.get(&key)?;
+        let now = ticks_of_us(server_us);
+        let passed = now.floor().max(-1.0) as i64;
+        // Nearest first.
+        let before: Vec<_> = u64::try_from(passed).into_iter().flat_map(|t| ring.range(..=t).rev().take(2)).collect();
+        let after: Vec<_> = ring.range(u64::try_from(passed + 1).unwrap_or(0)..).take(2).collect();
+        let on_frame = before.first().is_some_and(|(tick, _)| **tick as f64 == now);
+        let (nodes, footing) = match (before.first(), after.first()) {
+            (Some(nearest), _) if on_frame => (vec![*nearest], Footing::Between),
+            (Some(_), Some(_)) => (before.into_iter().rev().chain(after).collect(), Footing::Between),
+            (Some(nearest), None) | (None, Some(nearest)) => (vec![*nearest], Footing::Starved),
+            (None, None) => return None,
+        };
+        Some((nodes.into_iter().map(|(tick, tile)| (*tick as f64 - now, tile)).collect(), footing))
     }
 }
 

@@ -1,0 +1,23 @@
+//! The Rust thin client: connects, keeps server time, decodes and interpolates; `swellcast watch` is built of it.
+//!
+//! Invariant: nothing a server sends makes it panic, hang, or hold more memory than its subscription needs. It knows
+//! the protocol and nothing of how a sea is made; it reads no clock, time is passed in.
+
+mod clock;
+mod connection;
+mod decode;
+mod metered;
+mod playback;
+mod relief;
+mod stats;
+mod surface;
+mod watch;
+
+pub use clock::{Exchange, SharedClock};
+pub use connection::{Closed, ConnectError, Connection, Event};
+pub use decode::Tile;
+pub use playback::{Footing, MAX_SAMPLES, Playback, RING, StrayFrame, TileKey};
+pub use relief::{Rgb, relief};
+pub use stats::{Report, Stats};
+pub use surface::{Patch, Point};
+pub use watch::{WatchArgs, watch};

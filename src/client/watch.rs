@@ -1,0 +1,182 @@
+//! `swellcast watch`: a thin client on the terminal, with live figures and a picture of what it received.
+
+use std::fs::File;
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::path::PathBuf;
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail, ensure};
+use clap::Args;
+use tokio::time::{MissedTickBehavior, interval};
+
+use super::connection::{Connection, Event};
+use super::playback::{Footing, Playback};
+use super::relief::relief;
+use super::stats::{Report, Stats};
+use super::surface::Patch;
+use crate::wire::{ErrorClass, ErrorCode, Group, Hello, UnitName};
+
+/// Side of the square that a picture shows, metres.
+const PICTURE_M: f64 = 400.0;
+/// Its pixels a side.
+const PICTURE_SIDE: u32 = 800;
+/// A terminal's line is written this often; plain lines every fourth time.
+const REFRESH: Duration = Duration::from_millis(250);
+/// How long to watch for a picture or a report when nothing else is said.
+const SECONDS: f64 = 3.0;
+
+/// Options of `swellcast watch`.
+#[derive(Args, Clone, Debug)]
+pub struct WatchArgs {
+    /// The server, like http://127.0.0.1:8080
+    #[arg(long)]
+    pub url: String,
+    /// Stop after so many seconds [default: 3 with --png or --json, else only when interrupted]
+    #[arg(long)]
+    pub seconds: Option<f64>,
+    /// Frames a second; the server says which it has [default: its lowest]
+    #[arg(long)]
+    pub rate: Option<u32>,
+    /// Error class: 0.5mm, 1mm, 5mm or 20mm
+    #[arg(long, default_value = "1mm", value_parser = class)]
+    pub class: ErrorClass,
+    /// Save a shaded relief of 400 m x 400 m, 800 x 800 pixels, as it is at the end
+    #[arg(long)]
+    pub png: Option<PathBuf>,
+    /// Print one JSON object at the end and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn class(name: &str) -> Result<ErrorClass, String> {
+    let names = ErrorClass::ALL.map(ErrorClass::name);
+    ErrorClass::ALL.into_iter().find(|c| c.name() == name).ok_or_else(|| format!("must be one of {}", names.join(", ")))
+}
+
+/// Watches a server until the time is over, it closes, or Ctrl-C. `now_us` gives microseconds of any monotonic clock.
+///
+/// # Errors
+/// When there is no connection, the server refuses the subscription, or no frame came.
+pub async fn watch(args: &WatchArgs, now_us: impl Fn() -> i64) -> Result<Report> {
+    let mut watching = Watching {
+        connection: Connection::open(&args.url, &now_us).await?,
+        playback: Playback::default(),
+        hello: None,
+        stats: Stats::default(),
+    };
+    let begun = now_us();
+    let passed = || (now_us() - begun) as f64 / 1e6;
+    let end = args.seconds.or((args.json || args.png.is_some()).then_some(SECONDS)).unwrap_or(f64::INFINITY);
+    ensure!(end > 0.0, "--seconds is {end}, must be above 0");
+    let mut refresh = interval(REFRESH);
+    refresh.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let live = io::stdout().is_terminal() && !args.json;
+    let (mut refreshes, mut closed) = (0u64, None);
+    while passed() < end && closed.is_none() {
+        tokio::select! {
+            event = watching.connection.next() => closed = watching.take(event, args).await?,
+            _ = refresh.tick() => {
+                refreshes += 1;
+                watching.check_footing();
+                if live {
+                    print!("\r\x1b[2K{}", watching.report(passed()));
+                    io::stdout().flush()?;
+                } else if !args.json && refreshes.is_multiple_of(4) {
+                    println!("{}", watching.report(passed()));
+                }
+            }
+            _ = tokio::signal::ctrl_c() => break,
+        }
+    }
+    let report = watching.report(passed());
+    if live {
+        println!();
+    }
+    if let Some(closed) = closed {
+        // A closed stream is an error only for who wanted more of it.
+        if report.frames == 0 || end.is_finite() {
+            bail!("{closed}");
+        }
+        eprintln!("{closed}");
+    }
+    ensure!(report.frames > 0, "no frame came in {:.1} s", report.seconds);
+    if let Some(path) = &args.png {
+        watching.save_picture(path)?;
+    }
+    if args.json {
+        println!("{}", serde_json::to_string(&report)?);
+    }
+    watching.connection.close_politely().await;
+    Ok(report)
+}
+
+/// A connection and what came of it.
+struct Watching<N> {
+    connection: Connection<N>,
+    playback: Playback,
+    hello: Option<Hello>,
+    stats: Stats,
+}
+
+impl<N: Fn() -> i64> Watching<N> {
+    /// Takes an event; returns why the connection ended when it did.
+    async fn take(&mut self, event: Event, args: &WatchArgs) -> Result<Option<super::Closed>> {
+        match event {
+            Event::Hello(hello) => {
+                self.stats.hello(&hello);
+                let rate = args.rate.or(hello.rates_hz.iter().min().copied()).context("the server offers no rate")?;
+                self.connection.subscribe(rate, units(&hello, args.class)).await;
+                self.hello = Some(*hello);
+            }
+            Event::Subscribed(subscribed) => {
+                if let Some(hello) = &self.hello {
+                    self.playback = Playback::new(hello, &subscribed.units);
+                }
+            }
+            Event::Frame(tile, bytes) => {
+                self.stats.frame(&tile, bytes);
+                if self.playback.insert(tile).is_err() {
+                    self.stats.stray();
+                }
+                if let Some(now) = self.connection.server_us() {
+                    self.playback.forget_before(now);
+                }
+            }
+            Event::Status(status) => self.stats.status(status),
+            Event::Change(_) => {}
+            Event::Error { code: ErrorCode::Invalid | ErrorCode::Unavailable, detail } => bail!("refused: {detail}"),
+            Event::Error { .. } | Event::BadFrame(_) | Event::BadText(_) => self.stats.bad(),
+            Event::Closed(closed) => return Ok(Some(closed)),
+        }
+        Ok(None)
+    }
+
+    /// Counts a moment at which some tile can't be interpolated.
+    fn check_footing(&mut self) {
+        let Some(now) = self.connection.server_us() else { return };
+        if self.playback.keys().any(|key| self.playback.footing(key, now) == Some(Footing::Starved)) {
+            self.stats.starved();
+        }
+    }
+
+    fn report(&self, seconds: f64) -> Report {
+        let clock = self.connection.clock();
+        let bound = self.connection.error_bound_us();
+        self.stats.report(seconds, (self.connection.server_us(), bound, clock.drift()))
+    }
+
+    fn save_picture(&self, path: &PathBuf) -> Result<()> {
+        let (hello, now) = self.hello.as_ref().zip(self.connection.server_us()).context("the server gave no time")?;
+        let patches = Patch::all(&self.playback, &hello.layout, now);
+        let file = File::create(path).with_context(|| format!("can't write {}", path.display()))?;
+        let picture = relief(&patches, PICTURE_M, PICTURE_SIDE);
+        picture.write_png(BufWriter::new(file)).with_context(|| format!("can't write {}", path.display()))
+    }
+}
+
+/// Every group of every cascade at its full grid, as many as the server gives to one client: first what moves.
+fn units(hello: &Hello, class: ErrorClass) -> Vec<UnitName> {
+    let cascades = u8::try_from(hello.layout.cascades.len()).unwrap_or(u8::MAX);
+    let of = |group| (0..cascades).map(move |cascade| UnitName { cascade, level: 0, class, group });
+    Group::ALL.into_iter().flat_map(of).take(hello.limits.units.min(48) as usize).collect()
+}
