@@ -13,10 +13,13 @@ const SAMPLES: usize = 128;
 const STEP_US: f64 = 200_000.0;
 /// Share of passing time by which server time is bent towards the truth otherwise.
 const SLEW: f64 = 0.01;
-/// The difference in rate of two clocks is looked for once samples span this long, microseconds.
-const DRIFT_AFTER_US: f64 = 20e6;
-/// No two clocks differ more in rate.
-const MAX_DRIFT: f64 = 500e-6;
+/// No two clocks differ more in rate: twice what a poor crystal is off.
+const MAX_DRIFT: f64 = 200e-6;
+/// What two clocks usually differ: a slope is trusted as far as its noise is below this.
+const USUAL_DRIFT: f64 = 50e-6;
+/// Noise of a slope, times the span of the samples, as a share of half the least round trip. Found by simulation, for
+/// jitter of half the delay.
+const SLOPE_NOISE: f64 = 0.1;
 /// Times beyond this are nobody's: 2^60 microseconds, 36,000 years.
 const MAX_US: i64 = 1 << 60;
 
@@ -46,6 +49,8 @@ impl Exchange {
 struct Fit {
     offset_us: f64,
     drift: f64,
+    /// Half the room between the bounds; below zero when no line passes between them.
+    half_width_us: f64,
     bound_us: f64,
 }
 
@@ -89,7 +94,12 @@ impl SharedClock {
         }
         self.samples.push_back(exchange);
         self.origin = (exchange.t3, exchange.t2 - exchange.t3);
-        let fit = fit(&self.samples, self.origin);
+        let mut fit = fit(&self.samples, self.origin);
+        while fit.half_width_us < 0.0 && self.samples.len() > 1 {
+            // Bounds that exclude one another: the clocks ran apart, or one was moved a little. The newer ones are right.
+            self.samples.pop_front();
+            fit = self::fit(&self.samples, self.origin);
+        }
         self.fit = Some(fit);
         let now = exchange.t3 + self.origin.1 + fit.offset_us.round() as i64;
         let lag = before.map_or(0.0, |before| (before - now) as f64);
@@ -106,12 +116,13 @@ impl SharedClock {
         Some(self.origin.0 + passed + self.origin.1 + (fit.offset_us + fit.drift * passed as f64 + lag).round() as i64)
     }
 
-    /// How far server time can be off, microseconds: the truth lies within it even if one direction took no time.
+    /// How far server time can be off, microseconds: the truth lies within it even if one direction took no time and the
+    /// clocks' rates differ as much as clocks may.
     pub fn error_bound_us(&self, now_us: i64) -> Option<i64> {
         let fit = self.fit?;
         let passed = (now_us.clamp(-MAX_US, MAX_US) - self.origin.0).max(0) as f64;
         let lag = (self.lag_us.abs() - SLEW * passed).max(0.0);
-        Some((fit.bound_us + lag).ceil() as i64)
+        Some((fit.bound_us + lag + MAX_DRIFT * passed).ceil() as i64)
     }
 
     /// By how much the server's clock runs faster than ours, as a share.
@@ -138,15 +149,25 @@ fn fit(samples: &VecDeque<Exchange>, origin: (i64, i64)) -> Fit {
     let upper: Vec<_> = samples.iter().map(|e| point(e.t0, e.t1)).collect();
     let lower: Vec<_> = samples.iter().map(|e| point(e.t3, e.t2)).collect();
     let span = upper[upper.len() - 1].0 - upper[0].0;
-    let drift = if span < DRIFT_AFTER_US {
-        0.0
-    } else {
-        let mirrored: Vec<_> = lower.iter().map(|(x, y)| (*x, -y)).collect();
-        ((supporting_slope(&upper) - supporting_slope(&mirrored)) / 2.0).clamp(-MAX_DRIFT, MAX_DRIFT)
+    let mirrored: Vec<_> = lower.iter().map(|(x, y)| (*x, -y)).collect();
+    let steepest = (supporting_slope(&upper) - supporting_slope(&mirrored)) / 2.0;
+    let within = |drift: f64, at: f64| {
+        let above = upper.iter().map(|(x, y)| y + drift * (at - x)).fold(f64::INFINITY, f64::min);
+        let below = lower.iter().map(|(x, y)| y + drift * (at - x)).fold(f64::NEG_INFINITY, f64::max);
+        ((above + below) / 2.0, (above - below) / 2.0)
     };
-    let above = upper.iter().map(|(x, y)| y - drift * x).fold(f64::INFINITY, f64::min);
-    let below = lower.iter().map(|(x, y)| y - drift * x).fold(f64::NEG_INFINITY, f64::max);
-    Fit { offset_us: (above + below) / 2.0, drift, bound_us: (above - below).abs() / 2.0 }
+    // Jitter tilts the lines, the more the shorter they are: weigh the slope by what it is worth.
+    let noise = SLOPE_NOISE * within(steepest, 0.0).1.max(0.0) / span.max(1.0);
+    let drift = (steepest / (1.0 + (noise / USUAL_DRIFT).powi(2))).clamp(-MAX_DRIFT, MAX_DRIFT);
+    let (offset_us, half_width_us) = within(drift, 0.0);
+    Fit { offset_us, drift, half_width_us, bound_us: bound(&upper, &lower, offset_us) }
+}
+
+/// How far `offset` can be off at the origin, whatever the clocks' rates within [`MAX_DRIFT`] of one another.
+fn bound(upper: &[(f64, f64)], lower: &[(f64, f64)], offset: f64) -> f64 {
+    let above = upper.iter().map(|(x, y)| y + MAX_DRIFT * x.abs()).fold(f64::INFINITY, f64::min);
+    let below = lower.iter().map(|(x, y)| y - MAX_DRIFT * x.abs()).fold(f64::NEG_INFINITY, f64::max);
+    (above - offset).max(offset - below).max(0.0)
 }
 
 /// Slope of the highest line below all points, measured at their mean: an edge of the lower convex hull.

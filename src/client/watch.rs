@@ -2,7 +2,8 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::pin::pin;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
@@ -72,6 +73,7 @@ pub async fn watch(args: &WatchArgs, now_us: impl Fn() -> i64) -> Result<Report>
     refresh.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let live = io::stdout().is_terminal() && !args.json;
     let (mut refreshes, mut closed) = (0u64, None);
+    let mut interrupted = pin!(tokio::signal::ctrl_c());
     while passed() < end && closed.is_none() {
         tokio::select! {
             event = watching.connection.next() => closed = watching.take(event, args).await?,
@@ -79,13 +81,14 @@ pub async fn watch(args: &WatchArgs, now_us: impl Fn() -> i64) -> Result<Report>
                 refreshes += 1;
                 watching.check_footing();
                 if live {
-                    print!("\r\x1b[2K{}", watching.report(passed()));
+                    // Without automatic wrapping: a line too long for the terminal is cut, not written below itself.
+                    print!("\r\x1b[2K\x1b[?7l{}\x1b[?7h", watching.report(passed()));
                     io::stdout().flush()?;
                 } else if !args.json && refreshes.is_multiple_of(4) {
                     println!("{}", watching.report(passed()));
                 }
             }
-            _ = tokio::signal::ctrl_c() => break,
+            _ = &mut interrupted => break,
         }
     }
     let report = watching.report(passed());
@@ -165,7 +168,7 @@ impl<N: Fn() -> i64> Watching<N> {
         self.stats.report(seconds, (self.connection.server_us(), bound, clock.drift()))
     }
 
-    fn save_picture(&self, path: &PathBuf) -> Result<()> {
+    fn save_picture(&self, path: &Path) -> Result<()> {
         let (hello, now) = self.hello.as_ref().zip(self.connection.server_us()).context("the server gave no time")?;
         let patches = Patch::all(&self.playback, &hello.layout, now);
         let file = File::create(path).with_context(|| format!("can't write {}", path.display()))?;

@@ -1,6 +1,7 @@
 //! One integration binary; each module says which laws it holds.
 
 mod changes;
+mod client;
 mod cpu;
 mod frames;
 mod laws;

@@ -1,0 +1,6 @@
+//! The thin client: its clock and playback as laws, its connection against servers of every manner.
+
+mod clock;
+mod connection;
+mod picture;
+mod playback;
