@@ -5,6 +5,7 @@ mod client;
 mod cpu;
 mod frames;
 mod laws;
+mod layering;
 mod random;
 mod support;
 mod vectors;

@@ -1,0 +1,54 @@
+# Recipes of Swellcast; `.ci/run` calls the same ones' commands.
+
+# What can be asked for.
+default:
+    @just --list
+
+# Serve the default scene.
+run *args:
+    cargo run --release -- {{args}}
+
+# Formatting, lints, documentation, purity of the core, dependencies.
+check: fmt lint doc purity deny
+
+fmt:
+    cargo fmt --all --check
+
+lint:
+    cargo clippy --all-targets -- -D warnings
+
+doc:
+    RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
+
+# The core builds with neither network nor GPU.
+purity:
+    cargo check --lib --no-default-features
+    ! cargo tree --no-default-features --edges normal --prefix none | grep -E '^(tokio|axum|hyper|wgpu|clap|anyhow) '
+
+# Licences, sources, bans; advisories where their database can be fetched.
+deny:
+    .ci/deny
+
+# Every test of the Rust side.
+test:
+    cargo test
+
+# The web client's own tests.
+test-web:
+    cd clients/web && node --test
+
+# The viewer in headless Chromium, against a server started for it.
+browser:
+    .ci/browser
+
+# Write the vectors anew, after a change of the protocol that is meant.
+bless:
+    SWELLCAST_BLESS=1 cargo test --test it vectors
+
+# Every bench.
+bench *args:
+    cargo bench {{args}}
+
+# Everything, as on a fresh machine.
+ci:
+    .ci/run
