@@ -5,6 +5,7 @@ mod npz;
 mod probe;
 mod scene;
 mod serve;
+mod watch;
 
 use std::process::ExitCode;
 
@@ -24,6 +25,8 @@ struct Arguments {
 enum Command {
     /// Serve a scene; also what happens without a command.
     Serve(serve::ServeArguments),
+    /// Watch a server: live figures, a picture, or a report as JSON.
+    Watch(crate::client::WatchArgs),
     /// Write the fields of one tick to an .npz file.
     Export(export::ExportArguments),
     /// Print the water at one point of the world as JSON.
@@ -36,6 +39,7 @@ pub fn main() -> ExitCode {
     let done = match arguments.command {
         None => serve::run(arguments.serve),
         Some(Command::Serve(arguments)) => serve::run(arguments),
+        Some(Command::Watch(arguments)) => watch::run(&arguments),
         Some(Command::Export(arguments)) => export::run(&arguments),
         Some(Command::Probe(arguments)) => probe::run(&arguments),
     };

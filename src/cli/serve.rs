@@ -1,30 +1,116 @@
 //! `swellcast serve`: a scene on the network.
 
+use std::io::Write;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use anyhow::Result;
-use clap::Args;
+use anyhow::{Context, Result, bail};
+use clap::{Args, ValueEnum};
+use tokio::net::TcpListener;
+
+use super::scene;
+use crate::control::{Begun, Epoch, Store};
+use crate::engine::{Clock, EngineSettings};
+use crate::server::{self, Ocean, Settings};
+
+/// What is served when nothing is said.
+const DEFAULT_SCENE: &str = "beaufort-5";
 
 #[derive(Debug, Args)]
 pub struct ServeArguments {
-    /// Preset or scene file.
-    #[arg(long, env = "SWELLCAST_SCENE", default_value = "beaufort-5")]
-    scene: String,
-    /// Replaces the scene's seed.
+    /// Preset or scene file [default: what --data holds, else beaufort-5]
+    #[arg(long, env = "SWELLCAST_SCENE")]
+    scene: Option<String>,
+    /// Replaces the scene's seed
     #[arg(long, env = "SWELLCAST_SEED")]
     seed: Option<u64>,
-    /// Address to listen at.
+    /// Address to listen at
     #[arg(long, env = "SWELLCAST_LISTEN", default_value = "127.0.0.1:8080")]
     listen: SocketAddr,
-    /// Folder that keeps the log of changes through restarts; without it they are kept in memory.
+    /// What computes the sea
+    #[arg(long, env = "SWELLCAST_BACKEND", value_enum, default_value_t = BackendChoice::Auto)]
+    backend: BackendChoice,
+    /// Folder that keeps the log of changes through restarts; without it they are kept in memory
     #[arg(long, env = "SWELLCAST_DATA")]
     data: Option<PathBuf>,
-    /// Threads that compute; one for each core unless given.
-    #[arg(long, env = "SWELLCAST_THREADS")]
-    threads: Option<usize>,
+    /// Threads that compute [default: one for each core]
+    #[arg(long, env = "SWELLCAST_THREADS", value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Option<u16>,
+    /// An origin that may open a stream beside the server's own, like https://show.example; may be repeated
+    #[arg(long, value_name = "ORIGIN")]
+    allow_origin: Vec<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum BackendChoice {
+    Auto,
+    Cpu,
+    Gpu,
 }
 
 pub fn run(arguments: ServeArguments) -> Result<()> {
-    anyhow::bail!("not yet: {arguments:?}")
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "info".into());
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    if arguments.backend == BackendChoice::Gpu {
+        bail!("backend is gpu, must be auto or cpu: this build has no GPU backend");
+    }
+    tokio::runtime::Builder::new_multi_thread().enable_all().build()?.block_on(serve(arguments))
+}
+
+async fn serve(arguments: ServeArguments) -> Result<()> {
+    // First of all, so that an address in use is found before anything is written.
+    let listener = TcpListener::bind(arguments.listen).await;
+    let listener = listener.with_context(|| format!("listening at {}", arguments.listen))?;
+    let (store, begun) = begin(&arguments)?;
+    let (name, changes, tick) = (begun.scene.name.clone(), begun.changes.len(), Clock::start(begun.epoch.unix_ns).now_tick());
+    let settings = Settings {
+        engine: EngineSettings { threads: arguments.threads.map(usize::from) },
+        allowed_origins: arguments.allow_origin,
+        ..Settings::default()
+    };
+    let address = listener.local_addr()?;
+    let ocean = tokio::task::spawn_blocking(move || Ocean::start(store, begun, settings)).await?;
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "Swellcast serves {name} at http://{address}/")?;
+    match &arguments.data {
+        Some(folder) => writeln!(out, "Changes are kept in {}: {changes} so far, tick {tick}.", folder.display())?,
+        None => writeln!(out, "Changes are kept in memory; --data DIR keeps them through restarts.")?,
+    }
+    out.flush()?;
+    drop(out);
+    server::run(listener, ocean, interrupted()).await.context("serving")
+}
+
+/// The log, begun with the scene asked for or gone on with as it stands.
+fn begin(arguments: &ServeArguments) -> Result<(Store, Begun)> {
+    let store = match &arguments.data {
+        Some(folder) => Store::open(folder).with_context(|| format!("opening the log in {}", folder.display()))?,
+        None => Store::in_memory()?,
+    };
+    let begun = match (&arguments.scene, arguments.seed, store.begun()?) {
+        (None, None, Some(begun)) => begun,
+        (name, seed, _) => {
+            let scene = scene::load(name.as_deref().unwrap_or(DEFAULT_SCENE), seed)?;
+            store.begin(&scene, Epoch::begin(Clock::unix_now_ns()))?
+        }
+    };
+    Ok((store, begun))
+}
+
+/// Resolves at Ctrl-C or, where there is one, the signal to terminate.
+async fn interrupted() {
+    let ctrl_c = tokio::signal::ctrl_c();
+    #[cfg(unix)]
+    {
+        use tokio::signal::unix::{SignalKind, signal};
+        if let Ok(mut terminate) = signal(SignalKind::terminate()) {
+            tokio::select! {
+                _ = ctrl_c => {}
+                _ = terminate.recv() => {}
+            }
+            return;
+        }
+    }
+    // Without a handler there is nothing to wait for but the other signal.
+    let _ = ctrl_c.await;
 }
