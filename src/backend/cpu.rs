@@ -14,7 +14,6 @@ use crate::sea::{Cascade, Sea, turn_of_tick};
 pub struct Cpu {
     threads: rayon::ThreadPool,
     repeat: u64,
-    foam_threshold: f32,
     cascades: Vec<CascadeEngine>,
     surface: Surface,
 }
@@ -26,6 +25,7 @@ struct CascadeEngine {
     workspaces: Vec<Workspace>,
     heights: Vec<Complex32>,
     held_foam: Vec<f32>,
+    foam_threshold: f32,
 }
 
 impl Cpu {
@@ -39,7 +39,7 @@ impl Cpu {
             .thread_name(|i| format!("swellcast-cpu-{i}"))
             .build()
             .expect("the system gives threads at start");
-        Self { threads, repeat: 1, foam_threshold: 0.0, cascades: Vec::new(), surface: Surface::default() }
+        Self { threads, repeat: 1, cascades: Vec::new(), surface: Surface::default() }
     }
 }
 
@@ -50,7 +50,6 @@ impl Backend for Cpu {
 
     fn load(&mut self, sea: &Sea) -> Result<(), BackendError> {
         self.repeat = sea.repeat;
-        self.foam_threshold = sea.foam_threshold as f32;
         let same_layout = self.cascades.iter().map(|c| c.cascade).eq(sea.cascades.iter().map(|c| c.cascade));
         let tables = self.threads.install(|| {
             sea.cascades.par_iter().map(|modes| EvolveTable::new(modes, sea.choppiness)).collect::<Vec<_>>()
@@ -62,6 +61,9 @@ impl Backend for Cpu {
             let surface = |engine: &CascadeEngine| CascadeSurface { n: engine.cascade.n, ..CascadeSurface::default() };
             self.surface.cascades = self.cascades.iter().map(surface).collect();
         }
+        for (engine, modes) in self.cascades.iter_mut().zip(&sea.cascades) {
+            engine.foam_threshold = modes.foam_threshold as f32;
+        }
         Ok(())
     }
 
@@ -70,9 +72,8 @@ impl Backend for Cpu {
             return Err(BackendError::PlanMismatch { plan: plan.cascades.len(), sea: self.cascades.len() });
         }
         let turn = turn_of_tick(tick, self.repeat);
-        let threshold = self.foam_threshold;
         let work = self.cascades.par_iter_mut().zip(&mut self.surface.cascades).zip(&plan.cascades);
-        self.threads.install(|| work.for_each(|((engine, surface), plan)| engine.step(turn, threshold, plan, surface)));
+        self.threads.install(|| work.for_each(|((engine, surface), plan)| engine.step(turn, plan, surface)));
         self.surface.tick = tick;
         Ok(&self.surface)
     }
@@ -97,10 +98,11 @@ impl CascadeEngine {
             workspaces: Vec::new(),
             heights: vec![Complex32::ZERO; modes],
             held_foam: Vec::new(),
+            foam_threshold: 0.0,
         }
     }
 
-    fn step(&mut self, turn: u32, foam_threshold: f32, plan: &CascadePlan, surface: &mut CascadeSurface) {
+    fn step(&mut self, turn: u32, plan: &CascadePlan, surface: &mut CascadeSurface) {
         let samples = self.cascade.n * self.cascade.n;
         let assembled = plan.foam.is_some() || plan.fields.contains(Field::Jacobian);
         let needed = plan.fields.union(plan.transforms);
@@ -120,7 +122,7 @@ impl CascadeEngine {
             assemble::jacobian(dxx, dzz, dxz, jacobian);
             if let Some(work) = plan.foam {
                 self.held_foam.resize(samples, 0.0);
-                foam::foam(&mut self.held_foam, jacobian, foam_threshold, work, shown);
+                foam::foam(&mut self.held_foam, jacobian, self.foam_threshold, work, shown);
             }
         }
     }

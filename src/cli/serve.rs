@@ -62,7 +62,8 @@ async fn serve(arguments: ServeArguments) -> Result<()> {
     let listener = TcpListener::bind(arguments.listen).await;
     let listener = listener.with_context(|| format!("listening at {}", arguments.listen))?;
     let (store, begun) = begin(&arguments)?;
-    let (name, changes, tick) = (begun.scene.name.clone(), begun.changes.len(), Clock::start(begun.epoch.unix_ns).now_tick());
+    let (name, changes, tick) =
+        (begun.scene.name.clone(), begun.changes.len(), Clock::start(begun.epoch.unix_ns).now_tick());
     let settings = Settings {
         engine: EngineSettings { threads: arguments.threads.map(usize::from) },
         allowed_origins: arguments.allow_origin,

@@ -40,5 +40,8 @@ pub fn foam(timeline: &Timeline, cascade: usize, tick: i64, foam: &Foam) -> Vec<
 fn source(sea: &Sea, cascade: usize, tick: i64) -> Vec<f64> {
     let derivatives = fields(sea, cascade, tick, &[Field::Dxx, Field::Dzz, Field::Dxz]);
     let jacobian = jacobian(&derivatives[0], &derivatives[1], &derivatives[2]);
-    jacobian.into_iter().map(|j| ((sea.foam_threshold - j) / Foam::SOURCE_WIDTH).clamp(0.0, 1.0)).collect()
+    jacobian
+        .into_iter()
+        .map(|j| ((sea.cascades[cascade].foam_threshold - j) / Foam::SOURCE_WIDTH).clamp(0.0, 1.0))
+        .collect()
 }

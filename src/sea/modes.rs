@@ -24,6 +24,8 @@ pub struct Mode {
 pub struct CascadeModes {
     /// Patch, grid and band.
     pub cascade: Cascade,
+    /// Jacobian of this cascade below which it foams.
+    pub foam_threshold: f64,
     /// Column after column of n = 0..=half, each of m = -half..=half.
     pub modes: Vec<Mode>,
 }
@@ -37,8 +39,6 @@ pub struct Sea {
     pub repeat: u64,
     /// Horizontal displacement, as a multiple of first-order Lagrangian.
     pub choppiness: f64,
-    /// Jacobian of a cascade below which it foams.
-    pub foam_threshold: f64,
 }
 
 impl CascadeModes {

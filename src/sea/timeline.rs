@@ -10,7 +10,7 @@ use rustfft::num_complex::Complex64;
 
 use super::dispersion::Dispersion;
 use super::draw::Draw;
-use super::foam_threshold::foam_threshold;
+use super::foam_threshold::foam_thresholds;
 use super::layout::Layout;
 use super::modes::{CascadeModes, Mode, Sea};
 use super::phase::{cycles_per_repeat, turn_of_tick};
@@ -47,7 +47,8 @@ struct Stage {
 #[derive(Debug)]
 struct StageEnergy {
     table: EnergyTable,
-    foam_threshold: f64,
+    /// Per cascade.
+    foam_thresholds: Vec<f64>,
 }
 
 /// How the modes of every cascade turn: the same for all stages with the same water.
@@ -141,8 +142,6 @@ impl Timeline {
     /// The sea of a tick.
     pub fn at(&self, tick: i64) -> Sea {
         let parts = self.parts(tick);
-        let weighted =
-            |value: &dyn Fn(&StageEnergy) -> f64| -> f64 { parts.iter().map(|(part, w)| w * value(part)).sum() };
         let rotation = self.rotation(self.newest(tick));
         let widenings: Vec<_> = self.weights(tick).into_iter().map(|(stage, w)| (self.rotation(stage), w)).collect();
         let cascade = |index: usize| {
@@ -162,13 +161,13 @@ impl Timeline {
                 let widening = widenings.iter().map(|(r, w)| w * r.widening[index][i]).sum();
                 Mode { forward, backward, cycles, offset, widening }
             };
-            CascadeModes { cascade, modes: (0..(half + 1) * side).map(mode).collect() }
+            let foam_threshold = parts.iter().map(|(part, w)| w * part.foam_thresholds[index]).sum();
+            CascadeModes { cascade, foam_threshold, modes: (0..(half + 1) * side).map(mode).collect() }
         };
         Sea {
             cascades: (0..self.layout.cascades.len()).map(cascade).collect(),
             repeat: self.scene.repeat.ticks,
             choppiness: self.scene.effects.choppiness,
-            foam_threshold: weighted(&|part| part.foam_threshold),
         }
     }
 
@@ -203,9 +202,9 @@ impl Timeline {
         let build = || {
             let table = EnergyTable::build(&stage.state, &self.layout);
             let effects = &self.scene.effects;
-            let threshold = |foam| foam_threshold(&stage.state, &table, effects.choppiness, foam);
-            let foam_threshold = effects.foam.as_ref().map_or(0.0, threshold);
-            Arc::new(StageEnergy { table, foam_threshold })
+            let thresholds = |foam| foam_thresholds(&stage.state, &self.layout, &table, effects.choppiness, foam);
+            let foam_thresholds = effects.foam.as_ref().map_or(vec![0.0; self.layout.cascades.len()], thresholds);
+            Arc::new(StageEnergy { table, foam_thresholds })
         };
         Arc::clone(stage.energy.get_or_init(build))
     }
