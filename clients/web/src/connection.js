@@ -14,7 +14,7 @@ export class Connection {
    * @param {string} url of the stream, ws: or wss:
    * @param {{rate: number, level: number, class: string}} wish what to subscribe to
    * @param {object} on callbacks: `state(connected, detail)`, `hello(hello, plan)`, `message(m)`,
-   *   `frame(frame)`, `refused(why)`, `exchange(t0, t1, t2, t3)`, `bytes(n)`
+   *   `frame(frame)`, `refused(why)`, `exchange(t0, t1, t2, t3)`
    * @param {() => number} now monotonic time, ms
    */
   constructor(url, wish, on, now) {
@@ -99,7 +99,6 @@ export class Connection {
   }
 
   #binary(buffer) {
-    this.on.bytes(buffer.byteLength);
     if (!this.hello) return;
     let frame;
     try {

@@ -72,9 +72,9 @@ worker.onmessage = ({ data }) => {
   switch (data.kind) {
     case 'frame':
       swellcast.framesDecoded++;
+      swellcast.bytes += data.frame.counts.buffer.byteLength;
       if (renderer.fields?.accept(data.frame)) swellcast.framesUsed++;
       break;
-    case 'bytes': swellcast.bytes += data.bytes; break;
     case 'exchange': clock.exchange(own(data.t0), data.t1, data.t2, own(data.t3)); break;
     case 'refused':
       swellcast.decodeErrors++;

@@ -5,7 +5,7 @@ const DEFAULTS = {
   level: 0,
   class: '1mm',
   eye: [0, 6, 0], // metres; y above the rest surface
-  look: [250, -5], // yaw clockwise from north, pitch up, degrees
+  look: [262, -5], // yaw clockwise from north, pitch up, degrees
   sun: [226, 24], // azimuth clockwise from north, elevation, degrees
   still: false, // no panel, no help
   ripples: true, // shading below the shortest streamed wave

@@ -13,7 +13,6 @@ const on = {
   frame: (frame) => postMessage({ kind: 'frame', frame }, [frame.counts.buffer]),
   refused: (why) => postMessage({ kind: 'refused', why }),
   exchange: (t0, t1, t2, t3) => postMessage({ kind: 'exchange', t0, t1, t2, t3 }),
-  bytes: (bytes) => postMessage({ kind: 'bytes', bytes }),
 };
 
 onmessage = ({ data }) => {

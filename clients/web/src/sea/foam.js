@@ -4,7 +4,6 @@
 const SIZE = 256;
 
 /**
- * @param {WebGL2RenderingContext} gl
  * @param {import('./gl.js').Gpu} gpu
  * @returns {WebGLTexture}
  */

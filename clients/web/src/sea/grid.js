@@ -38,7 +38,7 @@ export class Grid {
   }
 
   /**
-   * @param {Record<string, WebGLUniformLocation>} at uniforms uRing (x, z, cell, least morph), uMorph (start, 1 / range)
+   * @param {Record<string, WebGLUniformLocation>} at uniforms uRing, uMorph, uCalm of the water
    * @param {number[]} eye world position
    * @param {number} reach how far a vertex may be displaced, metres
    * @param {(box: number[]) => boolean} sees whether a box relative to the eye may be in view

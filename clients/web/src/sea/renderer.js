@@ -7,7 +7,7 @@ import { Grid } from './grid.js';
 import { SkyMap } from './sky.js';
 import { BACKGROUND_FRAGMENT, WATER_FRAGMENT, WATER_VERTEX } from './water.js';
 
-const EXPOSURE = 0.85;
+const EXPOSURE = 0.72;
 const HAZE_M = 22_000;
 const FADE_PATCHES = [9, 26]; // a cascade goes before its repetition can be counted
 const UPLOADS_AHEAD = 4;
@@ -150,7 +150,7 @@ export class Renderer {
     gl.uniform1f(at.uRipples, this.options.ripples ? 0.6 : 0);
     gl.uniform1f(at.uCrest, Math.max(0.2, 0.4 * weather.hsM));
     gl.uniform1f(at.uExposure, EXPOSURE);
-    gl.uniform2f(at.uHaze, 1 / HAZE_M, 0);
+    gl.uniform1f(at.uHaze, 1 / HAZE_M);
     // Cox & Munk 1954: the mean square slope of the whole sea, wind at 12.5 m taken as that at 10 m.
     gl.uniform2f(at.uMeanSquareSlope, weather.windMps === null ? 0 : 0.003 + 5.12e-3 * weather.windMps, 0.002);
     bindTexture(gl, 0, gl.TEXTURE_2D_ARRAY, fields.displacement, at.uDisplacement);

@@ -44,7 +44,7 @@ vec3 skyRadiance(vec3 d) {
 vec3 develop(vec3 radiance, float exposure) {
   vec3 c = radiance * exposure;
   float l = dot(c, vec3(0.2126, 0.7152, 0.0722));
-  c *= (1.0 + l / 30.0) / (1.0 + l);
+  c *= (1.0 + l / 60.0) / (1.0 + l);
   float over = max(max(c.r, max(c.g, c.b)) - 0.8, 0.0);
   c = mix(c, vec3(min(l, 1.0)), 1.0 - exp(-2.0 * over));
   return pow(clamp(c, 0.0, 1.0), vec3(1.0 / 2.2));

@@ -62,7 +62,7 @@ uniform vec2 uFade;      // patches away at which a cascade starts to go, and is
 uniform float uRipples;  // share of the slopes below the cascades that is drawn as ripples
 uniform float uCrest;    // height of a high crest, metres
 uniform float uExposure;
-uniform vec2 uHaze;      // 1 / length, 1 / height
+uniform float uHaze;     // 1 / metres
 out vec4 oColor;
 
 const vec3 DEEP = vec3(0.0022, 0.0125, 0.0250);   // reflectance of the water body
@@ -124,12 +124,10 @@ void main() {
     variance += vec3(max(vec2(0.0), 0.5 * gain2 * (moment.x + moment.y) - ripple * ripple), 0.0);
   }
   variance.xy = max(variance.xy, 0.0) + 0.5 * max(below, 0.0) + 2e-4;
-  variance.z = clamp(variance.z, -0.9, 0.9) ;
-  float det = variance.x * variance.y - variance.z * variance.z;
-  if (det < 0.05 * variance.x * variance.y) { variance.z *= 0.5; det = variance.x * variance.y - variance.z * variance.z; }
-  det = max(det, 1e-8);
+  float most = 0.9 * sqrt(variance.x * variance.y);
+  variance.z = clamp(variance.z, -most, most);
 
-  // Exact normal of the displaced surface.
+  // Exact normal of the displaced surface; where it folds, that of a very steep face.
   vec2 stretch = 1.0 + derivative.xy;
   vec3 normal = vec3(-(slope.x * stretch.y - slope.y * derivative.z),
                      max(stretch.x * stretch.y - derivative.z * derivative.z, 0.08),
@@ -196,7 +194,7 @@ void main() {
 
   // Air between.
   vec3 level = normalize(vec3(vFromEye.x, 0.012 * length(vFromEye.xz), vFromEye.z));
-  float haze = 1.0 - exp(-distance * uHaze.x);
+  float haze = 1.0 - exp(-distance * uHaze);
   color = mix(color, textureLod(uSky, skyMapAt(level), 0.0).rgb, haze);
 
   oColor = vec4(develop(color, uExposure), 1.0);

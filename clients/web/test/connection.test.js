@@ -1,0 +1,116 @@
+// The connection against a socket that is no socket: order of messages, refusals, coming back.
+
+import assert from 'node:assert/strict';
+import test, { mock } from 'node:test';
+import { Connection } from '../src/connection.js';
+import { makeFrame } from './frames.js';
+
+class FakeSocket {
+  static OPEN = 1;
+
+  static all = [];
+
+  constructor(url, protocol) {
+    Object.assign(this, { url, protocol, readyState: 1, sent: [], closed: false });
+    FakeSocket.all.push(this);
+  }
+
+  send(text) { this.sent.push(JSON.parse(text)); }
+
+  close() { this.closed = true; }
+
+  say(data) { this.onmessage({ data: typeof data === 'object' && !(data instanceof ArrayBuffer) ? JSON.stringify(data) : data }); }
+}
+
+const EPOCH = 'ab54a98ceb1f0ad2'; // that of makeFrame
+const hello = (epoch = EPOCH, generation = 1) => ({
+  type: 'hello', protocol: 1, server: 's', scene: 'default', epoch, ticks_per_second: 7200, tick: 1, lead_ticks: 1680,
+  sequence: 0, layout: { generation, cascades: [{ patch_m: 9, n: 8, levels: 1, wavelength_min_m: 1, wavelength_max_m: 9 }] },
+  rates_hz: [15], classes: [{ name: '1mm' }],
+  groups: ['displacement', 'slopes', 'derivatives', 'foam'].map((name) => ({ name, channels: [] })), limits: { units: 8 },
+});
+
+function start(t) {
+  mock.timers.enable({ apis: ['setTimeout', 'setInterval'] });
+  t.after(() => mock.timers.reset());
+  FakeSocket.all.length = 0;
+  globalThis.WebSocket = FakeSocket;
+  const heard = [];
+  const note = (name) => (...args) => heard.push([name, ...args]);
+  let now = 0;
+  const on = Object.fromEntries(['state', 'hello', 'message', 'frame', 'refused', 'exchange'].map((n) => [n, note(n)]));
+  const connection = new Connection('ws://h/v1/stream', { rate: 15, level: 0, class: '1mm' }, on, () => now);
+  connection.open();
+  return { connection, heard, pass: (ms) => { now += ms; mock.timers.tick(ms); }, names: () => heard.map((h) => h[0]) };
+}
+
+test('after hello it subscribes and exchanges time', (t) => {
+  const { heard, pass } = start(t);
+  const [socket] = FakeSocket.all;
+  assert.equal(socket.protocol, 'swellcast.v1');
+  assert.deepEqual(socket.sent, []);
+  socket.say(hello());
+  assert.deepEqual(socket.sent.map((m) => m.type), ['subscribe', 'time']);
+  assert.equal(socket.sent[0].units.length, 4);
+  assert.deepEqual(Object.keys(socket.sent[0]).sort(), ['id', 'rate_hz', 'type', 'units']);
+  pass(100);
+  assert.equal(socket.sent.length, 3);
+  socket.say({ type: 'time', t0: 0, t1_us: 5000, t2_us: 5100 });
+  assert.deepEqual(heard.at(-1), ['exchange', 0, 5, 5.1, 100]);
+});
+
+test('frames pass, broken ones are refused and the connection goes on', (t) => {
+  const { names } = start(t);
+  const [socket] = FakeSocket.all;
+  socket.say(makeFrame()); // before hello: not known what it is
+  socket.say(hello());
+  socket.say(makeFrame());
+  socket.say(makeFrame({}, (v) => v.setUint8(10, 9)));
+  socket.say('{');
+  socket.say({ type: 'novelty' });
+  assert.deepEqual(names(), ['hello', 'state', 'frame', 'refused', 'refused']);
+  assert.equal(socket.closed, false);
+});
+
+test('frames of another sea: it asks anew', (t) => {
+  const { heard, pass } = start(t);
+  FakeSocket.all[0].say(hello());
+  FakeSocket.all[0].say(makeFrame({ layout: 2 }));
+  assert.equal(FakeSocket.all[0].closed, true);
+  FakeSocket.all[0].say(makeFrame()); // what was still under way
+  pass(1000);
+  assert.equal(FakeSocket.all.length, 2);
+  FakeSocket.all[1].say(hello(EPOCH, 2));
+  FakeSocket.all[1].say(makeFrame({ layout: 2 }));
+  assert.deepEqual(heard.map((h) => h[0]), ['hello', 'state', 'state', 'hello', 'state', 'frame']);
+});
+
+test('lost again and again: waits grow', (t) => {
+  const { pass } = start(t);
+  for (let i = 0; i < 6; i++) {
+    FakeSocket.all.at(-1).onclose({ code: 1006, reason: '' });
+    pass(6000);
+  }
+  assert.equal(FakeSocket.all.length, 7);
+  FakeSocket.all.at(-1).onclose({ code: 1006, reason: '' });
+  pass(2500);
+  assert.equal(FakeSocket.all.length, 7, 'no sooner than 3 s by now');
+});
+
+test('a silent server is left', (t) => {
+  const { pass } = start(t);
+  FakeSocket.all[0].say(hello());
+  for (let i = 0; i < 9; i++) pass(1000);
+  assert.equal(FakeSocket.all[0].closed, true);
+});
+
+test('a hidden page takes no frames', (t) => {
+  const { connection } = start(t);
+  const [socket] = FakeSocket.all;
+  socket.say(hello());
+  connection.pause(true);
+  assert.deepEqual(socket.sent.at(-1).units, []);
+  connection.pause(false);
+  assert.equal(socket.sent.at(-1).units.length, 4);
+  assert.ok(socket.sent.at(-1).id > socket.sent[0].id);
+});
