@@ -184,13 +184,16 @@ void main() {
 
   // Foam: a lace whose white area is what the channel says.
   float blur = clamp(length(fwidth(vRest)) * 0.7 - 0.1, 0.0, 1.0);
-  float threshold = 0.42 * texture(uFoamPattern, vRest / 5.3).r + 0.26 * texture(uFoamPattern, vRest.yx / 1.37 + 0.37).r
-    + 0.32 * texture(uFoamPattern, (vRest + vRest.yx * vec2(0.4, -0.4)) / 17.0).r;
+  float fine = texture(uFoamPattern, vRest.yx / 1.37 + 0.37).r;
+  float bubbles = texture(uFoamPattern, vRest / 0.31).r;
+  float threshold = 0.40 * texture(uFoamPattern, vRest / 5.3).r + 0.22 * fine + 0.08 * bubbles
+    + 0.30 * texture(uFoamPattern, (vRest + vRest.yx * vec2(0.4, -0.4)) / 17.0).r;
   threshold = 0.5 + 1.6 * (threshold - 0.5);
-  float lace = smoothstep(-0.2, 0.2, foam - threshold);
+  float lace = smoothstep(-0.26, 0.22, foam - threshold);
   float white = mix(lace * smoothstep(0.0, 0.1, foam), foam * 0.7, blur);
-  vec3 foamLight = 0.75 * (skyMean * PI * 0.8 * (0.5 + 0.5 * normal.y) + sun * max(0.15, dot(normal, uSun))) / PI;
-  color = mix(color, foamLight * (0.82 + 0.18 * lace), white * 0.92);
+  float thick = mix(1.0, 0.62 + 0.38 * smoothstep(0.9, 0.2, 0.6 * fine + 0.4 * bubbles), 1.0 - blur);
+  vec3 foamLight = 0.85 * (skyMean * PI * 0.8 * (0.5 + 0.5 * normal.y) + sun * max(0.2, dot(normal, uSun))) / PI;
+  color = mix(color, foamLight * thick, white * 0.94);
 
   // Air between.
   vec3 level = normalize(vec3(vFromEye.x, 0.012 * length(vFromEye.xz), vFromEye.z));
