@@ -47,8 +47,9 @@ export async function putWind(scene, wind) {
     if (response.ok) {
       return { accepted: true, text: `Accepted as change ${body.sequence}, from ${seaTime(body.effective_tick)}.` };
     }
-    const parts = [body.title ?? `Refused (${response.status})`, body.detail, body.field && `(${body.field})`];
-    return { accepted: false, text: parts.filter(Boolean).join(' ') };
+    const title = body.title ?? `Refused (${response.status})`;
+    const field = body.field ? ` (${body.field})` : '';
+    return { accepted: false, text: body.detail ? `${title}: ${body.detail}${field}` : title + field };
   } catch (error) {
     return { accepted: false, text: `The server can't be reached: ${error.message}` };
   }
