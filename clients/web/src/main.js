@@ -34,6 +34,8 @@ const swellcast = {
   hello: null,
   status: null,
   camera,
+  held: false, // no pictures but those asked for by `paint(performance.now())`
+  paint,
 };
 swellcast.ready = new Promise((resolve) => {
   swellcast.setReady = () => {
@@ -125,6 +127,10 @@ const seen = { at: last, pictures: 0, bytes: 0 };
 
 function picture(now) {
   requestAnimationFrame(picture);
+  if (!swellcast.held) paint(now);
+}
+
+function paint(now) {
   const tick = clock.synced ? clock.serverTick(now) : NaN;
   const { fields } = renderer;
   camera.move((now - last) / 1000, fields?.complete ? waterHeight(fields, camera.eye[0], camera.eye[2]) : -Infinity);

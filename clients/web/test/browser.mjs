@@ -63,6 +63,7 @@ async function look() {
   for (;;) {
     const state = await page.evaluate(() => {
       const s = window.swellcast;
+      if (s?.readyNow) s.held = true;
       return s && { ready: s.readyNow, connected: s.connected, framesDecoded: s.framesDecoded, framesUsed: s.framesUsed,
         decodeErrors: s.decodeErrors, lastError: s.lastError, starved: s.starved, pictures: s.pictures,
         clockBoundMs: s.clockBoundMs };
@@ -99,23 +100,22 @@ async function look() {
   check(moved > 0.5, `the sea stands still: mean difference ${moved}`);
 }
 
-/** Pixels of a strip of sky (top) and of sea (bottom), read in the very task that drew them. */
+/** Has one picture painted; pixels of a strip of sky (top) and of sea (bottom) are read in the task that drew them. */
 async function picture(page) {
-  const got = await page.evaluate(() => new Promise((done) => {
+  return page.evaluate(() => {
+    window.swellcast.held = true; // a software GPU would else be busy with pictures nobody looks at
+    window.swellcast.paint(performance.now());
     const canvas = document.getElementById('sea');
-    // Callbacks run in order: the page's own drawing was asked for before this one.
-    requestAnimationFrame(() => {
-      const gl = canvas.getContext('webgl2');
-      const w = canvas.width, h = Math.floor(canvas.height / 8);
-      const read = (y) => {
-        const out = new Uint8Array(w * h * 4);
-        gl.readPixels(0, y, w, h, gl.RGBA, gl.UNSIGNED_BYTE, out);
-        return Array.from(out.filter((_, i) => (i >> 2) % 7 === 0));
-      };
-      done({ png: canvas.toDataURL('image/png'), sky: read(canvas.height - h), sea: read(h), hasSky: window.swellcast.camera.pitch > -15 });
-    });
-  }));
-  return got;
+    const gl = canvas.getContext('webgl2');
+    const w = canvas.width, h = Math.floor(canvas.height / 8);
+    const read = (y) => {
+      const out = new Uint8Array(w * h * 4);
+      gl.readPixels(0, y, w, h, gl.RGBA, gl.UNSIGNED_BYTE, out);
+      return Array.from(out.filter((_, i) => (i >> 2) % 7 === 0));
+    };
+    return { png: canvas.toDataURL('image/png'), sky: read(canvas.height - h), sea: read(h),
+      hasSky: window.swellcast.camera.pitch > -15 };
+  });
 }
 
 function mean(rgba) {
