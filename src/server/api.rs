@@ -43,7 +43,7 @@ pub fn router(ocean: Arc<Ocean>) -> Router {
         .route("/v1/stream", get(upgrade::stream))
         .route("/livez", get(async || text("alive\n")))
         .route("/readyz", get(readyz))
-        .route("/metrics", get(async |State(ocean): Served| text(metrics::page(&ocean))))
+        .route("/metrics", get(page))
         .fallback(static_file)
         .method_not_allowed_fallback(wrong_method)
         .with_state(ocean)
@@ -54,10 +54,8 @@ fn answer(status: StatusCode, body: &Value) -> Response {
     (status, kind, body.to_string()).into_response()
 }
 
-fn text(body: impl Into<String>) -> Response {
-    let kind =
-        [(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8"), (header::CACHE_CONTROL, "no-store")];
-    (kind, body.into()).into_response()
+fn text(body: &'static str) -> Response {
+    ([(header::CACHE_CONTROL, "no-store")], body).into_response()
 }
 
 fn tag(sequence: u64) -> [(HeaderName, String); 1] {
@@ -211,6 +209,10 @@ async fn readyz(State(ocean): Served) -> Result<Response, Problem> {
     }
     let detail = "the engine has stopped: no frames are made";
     Err(Problem::new(StatusCode::SERVICE_UNAVAILABLE, "not-ready", "Not ready", detail))
+}
+
+async fn page(State(ocean): Served) -> Response {
+    ([(header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], metrics::page(&ocean)).into_response()
 }
 
 async fn static_file(method: Method, uri: Uri, headers: HeaderMap) -> Result<Response, Problem> {

@@ -29,7 +29,7 @@ const MAX_HEAD: usize = 64 << 10;
 const NOT_SENT: u32 = 128 << 10;
 /// What a connection above the caps is told.
 const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\n\
-    retry-after: 5\r\nconnection: close\r\ncontent-length: 118\r\n\r\n\
+    retry-after: 5\r\nconnection: close\r\ncontent-length: 120\r\n\r\n\
     {\"type\":\"urn:swellcast:problem:full\",\"title\":\"The server is full\",\"status\":503,\
     \"detail\":\"too many connections are open\"}";
 

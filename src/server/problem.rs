@@ -115,7 +115,7 @@ impl From<StoreError> for Problem {
                 .found(key.as_str());
         }
         tracing::error!(%error, "control log");
-        Self::internal("the control log can't be read or written; nothing was changed")
+        Self::internal("the control log can't be read or written")
     }
 }
 

@@ -1,12 +1,16 @@
 //! One integration binary; each module says which laws it holds.
 
+mod api;
 mod changes;
 mod client;
+mod control;
 mod cpu;
 mod frames;
 mod laws;
 mod layering;
 mod random;
+mod served;
+mod streaming;
 mod support;
 mod vectors;
 mod wire;
