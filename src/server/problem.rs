@@ -10,7 +10,10 @@ use crate::scene::SceneError;
 
 /// A refusal. `kind` is for programs and never changes its meaning; `detail` is for people.
 #[derive(Clone, Debug)]
-pub struct Problem {
+pub struct Problem(Box<Content>);
+
+#[derive(Clone, Debug)]
+struct Content {
     status: StatusCode,
     kind: &'static str,
     title: &'static str,
@@ -40,7 +43,9 @@ impl Problem {
     /// A refusal without a field.
     pub fn new(status: StatusCode, kind: &'static str, title: &'static str, detail: impl Into<String>) -> Self {
         let detail = detail.into();
-        Self { status, kind, title, detail, field: None, value: None, bound: None, retry_after_s: None }
+        let content =
+            Content { status, kind, title, detail, field: None, value: None, bound: None, retry_after_s: None };
+        Self(Box::new(content))
     }
 
     /// No such path or scene.
@@ -69,23 +74,27 @@ impl Problem {
     }
 
     /// Names the field at fault.
-    pub fn at(self, field: impl Into<String>) -> Self {
-        Self { field: Some(field.into()), ..self }
+    pub fn at(mut self, field: impl Into<String>) -> Self {
+        self.0.field = Some(field.into());
+        self
     }
 
     /// Says what was found.
-    pub fn found(self, value: impl Into<Value>) -> Self {
-        Self { value: Some(value.into()), ..self }
+    pub fn found(mut self, value: impl Into<Value>) -> Self {
+        self.0.value = Some(value.into());
+        self
     }
 
     /// Says what is allowed.
-    pub fn allowed(self, bound: impl Into<Value>) -> Self {
-        Self { bound: Some(bound.into()), ..self }
+    pub fn allowed(mut self, bound: impl Into<Value>) -> Self {
+        self.0.bound = Some(bound.into());
+        self
     }
 
     /// Says when to try again.
-    pub fn retry_after(self, seconds: u32) -> Self {
-        Self { retry_after_s: Some(seconds), ..self }
+    pub fn retry_after(mut self, seconds: u32) -> Self {
+        self.0.retry_after_s = Some(seconds);
+        self
     }
 }
 
@@ -121,19 +130,20 @@ impl From<StoreError> for Problem {
 
 impl IntoResponse for Problem {
     fn into_response(self) -> Response {
+        let problem = self.0;
         let document = Document {
-            r#type: format!("urn:swellcast:problem:{}", self.kind),
-            title: self.title,
-            status: self.status.as_u16(),
-            detail: &self.detail,
-            field: self.field.as_deref(),
-            value: self.value.as_ref(),
-            bound: self.bound.as_ref(),
+            r#type: format!("urn:swellcast:problem:{}", problem.kind),
+            title: problem.title,
+            status: problem.status.as_u16(),
+            detail: &problem.detail,
+            field: problem.field.as_deref(),
+            value: problem.value.as_ref(),
+            bound: problem.bound.as_ref(),
         };
         let body = serde_json::to_string(&document).unwrap_or_default();
         let kind = [(header::CONTENT_TYPE, "application/problem+json"), (header::CACHE_CONTROL, "no-store")];
-        let mut response = (self.status, kind, body).into_response();
-        if let Some(seconds) = self.retry_after_s {
+        let mut response = (problem.status, kind, body).into_response();
+        if let Some(seconds) = problem.retry_after_s {
             response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
         }
         response
