@@ -8,7 +8,7 @@ use std::time::Duration;
 use bytes::{Buf, Bytes};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::TcpStream;
-use tokio::time::{Instant, Sleep, sleep};
+use tokio::time::{Sleep, sleep};
 
 use super::seats::Seat;
 
@@ -67,7 +67,7 @@ impl Socket {
                 return Poll::Ready(Err(io::Error::new(io::ErrorKind::TimedOut, "the peer takes no bytes")));
             }
             stall.written = written;
-            stall.timer.as_mut().reset(Instant::now() + CHECK);
+            stall.timer.set(sleep(CHECK));
         }
     }
 }

@@ -12,7 +12,31 @@ macro_rules! files {
 }
 
 /// Paths under `clients/web` and their bytes. A test says what is missing here.
-const FILES: &[(&str, &[u8])] = files![];
+const FILES: &[(&str, &[u8])] = files![
+    "index.html",
+    "style.css",
+    "src/camera.js",
+    "src/clock.js",
+    "src/connection.js",
+    "src/crc32.js",
+    "src/decode.js",
+    "src/main.js",
+    "src/messages.js",
+    "src/options.js",
+    "src/panel.js",
+    "src/plan.js",
+    "src/playback.js",
+    "src/sea/fields.js",
+    "src/sea/foam.js",
+    "src/sea/gl.js",
+    "src/sea/grid.js",
+    "src/sea/probe.js",
+    "src/sea/renderer.js",
+    "src/sea/sky.js",
+    "src/sea/unit.js",
+    "src/sea/water.js",
+    "src/worker.js",
+];
 
 /// A strong tag for each file, in the same order.
 static TAGS: LazyLock<Vec<String>> = LazyLock::new(|| {

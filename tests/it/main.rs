@@ -6,6 +6,7 @@ mod client;
 mod control;
 mod cpu;
 mod frames;
+mod hostile;
 mod laws;
 mod layering;
 mod random;

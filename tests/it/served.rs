@@ -1,15 +1,18 @@
 //! A server of its own for a test, on a port of its own, and the plainest of clients.
 
+use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
+use bytes::Bytes;
 use futures_util::{SinkExt, StreamExt};
 use serde_json::{Value, json};
 use swellcast::control::{Epoch, Store};
 use swellcast::engine::Clock;
 use swellcast::scene::Scene;
 use swellcast::server::{self, Ocean, Settings};
+use swellcast::wire::{FrameHeader, split};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::oneshot;
@@ -123,7 +126,7 @@ pub struct Client {
 #[derive(Debug)]
 pub enum Got {
     Text(Value),
-    Frame(bytes::Bytes),
+    Frame(Bytes),
     Closed(u16),
 }
 
@@ -163,7 +166,7 @@ impl Client {
     }
 
     /// The next frame, whatever comes before it.
-    pub async fn frame(&mut self) -> bytes::Bytes {
+    pub async fn frame(&mut self) -> Bytes {
         loop {
             match self.next().await {
                 Got::Frame(frame) => return frame,
@@ -193,4 +196,24 @@ impl Client {
 /// A unit of the first cascade.
 pub fn unit(level: u32, group: &str) -> Value {
     json!({ "cascade": 0, "level": level, "class": "1mm", "group": group })
+}
+
+/// Groups of a sea without foam.
+pub const ALL: [&str; 3] = ["displacement", "slopes", "derivatives"];
+
+/// The header of a frame.
+#[track_caller]
+pub fn header(frame: &Bytes) -> FrameHeader {
+    split(frame).expect("every frame is whole").0
+}
+
+/// `n` frames by (tick, group).
+pub async fn frames(client: &mut Client, n: usize) -> BTreeMap<(u64, u8), Bytes> {
+    let mut got = BTreeMap::new();
+    while got.len() < n {
+        let frame = client.frame().await;
+        let header = header(&frame);
+        assert!(got.insert((header.tick, header.group), frame).is_none(), "a frame comes once");
+    }
+    got
 }
