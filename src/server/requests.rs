@@ -3,7 +3,7 @@
 use crate::engine::RATES_HZ;
 use crate::sea::Timeline;
 use crate::tile::levels;
-use crate::wire::{ClientError, ErrorCode, Group, ServerMessage, Subscribe};
+use crate::wire::{ClientError, ErrorCode, Group, MAX_TICK, ServerMessage, Subscribe};
 
 use super::settings::MAX_UNITS;
 
@@ -36,6 +36,12 @@ pub fn check(subscribe: &Subscribe, timeline: &Timeline) -> Result<(), ClientErr
 /// A refusal as it is sent.
 pub fn refusal(error: ClientError, id: Option<u64>) -> ServerMessage {
     ServerMessage::Error { code: error.code, detail: error.detail, field: error.field, id }
+}
+
+/// The id of a request that is refused as a whole, where it has one.
+pub fn id_of(text: &str) -> Option<u64> {
+    let request: serde_json::Value = serde_json::from_str(text).ok()?;
+    request.get("id")?.as_u64().filter(|id| *id <= MAX_TICK as u64)
 }
 
 /// The refusal of a unit that is beyond the limit of live units.

@@ -23,7 +23,8 @@ use super::ring::Cursor;
 use super::socket::Socket;
 use crate::engine::interval_of_rate;
 use crate::wire::{
-    ClientMessage, MAX_MESSAGE_BYTES, ServerMessage, Subscribe, Subscribed, TICKS_PER_SECOND, TimeAnswer, UnitName,
+    ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, ServerMessage, Subscribe, Subscribed, TICKS_PER_SECOND,
+    TimeAnswer, UnitName,
 };
 
 /// Most answers that wait for the socket; a client that asks for more without reading is closed.
@@ -254,8 +255,9 @@ impl Session {
                 self.answer(&answer);
             }
             Err(error) => {
-                self.answer(&requests::refusal(error, None));
-                self.malformed += 1;
+                let parsed = matches!(error.code, ErrorCode::Invalid | ErrorCode::Unavailable);
+                self.answer(&requests::refusal(error, requests::id_of(text)));
+                self.malformed += u32::from(!parsed);
                 if self.malformed >= MALFORMED {
                     return Err(End::Close(1008, "too many messages that can't be parsed"));
                 }
@@ -268,7 +270,7 @@ impl Session {
         self.lane.push_back(Answer::Text(Message::text(message.to_json())));
     }
 
-    fn subscribe(&mut self, subscribe: Subscribe) -> Result<Subscribed, crate::wire::ClientError> {
+    fn subscribe(&mut self, subscribe: Subscribe) -> Result<Subscribed, ClientError> {
         requests::check(&subscribe, &self.ocean.current().timeline)?;
         let interval = interval_of_rate(subscribe.rate_hz);
         let granted = self.client.subscribe(interval, &subscribe.units);

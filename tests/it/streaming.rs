@@ -31,7 +31,9 @@ async fn hello_comes_first_and_all_clients_get_the_same_bytes() {
     let (of_a, of_b) = tokio::join!(frames(&mut a, 60), frames(&mut b, 60));
     same_where_both(&of_a, &of_b, 50);
     let from = subscribed["from_tick"].as_u64().unwrap();
-    assert_eq!(of_a.keys().next().unwrap().0, from, "the first tick is the one that was announced");
+    let first = of_a.keys().next().unwrap().0;
+    let skipped = served.ocean.counters().skipped_frames;
+    assert!((from..=from + 240 * skipped).contains(&first), "{first} is the tick that was announced, {from}");
     let epoch = u64::from_str_radix(hello["epoch"].as_str().unwrap(), 16).unwrap();
     assert!(of_a.values().all(|frame| header(frame).epoch == epoch));
     // One that joins while others watch.
@@ -53,7 +55,8 @@ async fn a_rate_gives_every_tick_of_its_absolute_grid_and_no_other() {
         let ticks: Vec<u64> = got.keys().map(|(tick, _)| *tick).collect();
         assert!(ticks.iter().all(|tick| tick % interval == 0), "{ticks:?}");
         let gaps = ticks.windows(2).filter(|pair| pair[1] != pair[0] + interval).count();
-        assert!(gaps <= 3, "skips are for machines that are too slow: {ticks:?}");
+        let skipped = served.ocean.counters().skipped_frames;
+        assert!(gaps as u64 <= skipped, "skips are for machines that are too slow: {ticks:?}");
     }
     same_where_both(&of_slow, &of_fast, 6);
     // Another rate, another unit: what goes on flows without a gap.
@@ -63,7 +66,8 @@ async fn a_rate_gives_every_tick_of_its_absolute_grid_and_no_other() {
         .await;
     let more = frames(&mut fast, 24).await;
     let displacement: Vec<u64> = more.keys().filter(|(_, group)| *group == 0).map(|(tick, _)| *tick).collect();
-    assert_eq!(displacement[0], last + 120, "{displacement:?}");
+    let skipped = served.ocean.counters().skipped_frames;
+    assert!((last + 120..=last + 120 * (1 + skipped)).contains(&displacement[0]), "{last}, {displacement:?}");
     assert!(more.keys().any(|(_, group)| *group == 1));
     // None at all: the flow stops.
     fast.send(&json!({ "type": "subscribe", "id": 3, "rate_hz": 60, "units": [] })).await;
@@ -100,6 +104,11 @@ async fn wrong_subscriptions_are_refused_by_field_and_leave_the_old_one() {
         let error = client.text("error").await;
         assert_eq!((&error["code"], &error["field"], &error["id"]), (&json!(code), &json!(field), &json!(77)));
     }
+    let mut unknown = unit(0, "slopes");
+    unknown["class"] = json!("2mm");
+    client.send(&ask(15, vec![unknown])).await;
+    let error = client.text("error").await;
+    assert_eq!((&error["field"], &error["id"]), (&json!("units[0].class"), &json!(77)));
     let mut other = served.client().await;
     let mut four = ALL.map(|group| unit(0, group)).to_vec();
     four[2]["class"] = json!("5mm");
