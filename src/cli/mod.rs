@@ -26,7 +26,7 @@ enum Command {
     /// Serve a scene; also what happens without a command.
     Serve(serve::ServeArguments),
     /// Watch a server: live figures, a picture, or a report as JSON.
-    Watch(crate::client::WatchArgs),
+    Watch(crate::client::WatchArguments),
     /// Write the fields of one tick to an .npz file.
     Export(export::ExportArguments),
     /// Print the water at one point of the world as JSON.

@@ -14,8 +14,8 @@ use tokio::time::{Interval, MissedTickBehavior, interval, timeout};
 use tokio_websockets::{ClientBuilder, Limits, Message, WebSocketStream};
 
 use super::clock::{Exchange, SharedClock};
-use super::decode::Tile;
 use super::metered::Metered;
+use crate::tile::{DecodedFrame, decode};
 use crate::wire::{
     ClientMessage, ErrorCode, FrameError, HEADER_BYTES, Hello, SUBPROTOCOL, ServerMessage, Status, Subscribe,
     Subscribed, TICKS_PER_SECOND, TILE, Time, UnitName, WireChange,
@@ -44,7 +44,7 @@ pub enum Event {
     /// The answer to a subscription.
     Subscribed(Subscribed),
     /// A frame, and its length in bytes.
-    Frame(Tile, usize),
+    Frame(DecodedFrame, usize),
     /// How the sea and the server are, once a second.
     Status(Status),
     /// A change was accepted.
@@ -246,8 +246,8 @@ impl<N: Fn() -> i64> Connection<N> {
     async fn read(&mut self, message: Message) -> Option<Event> {
         if message.is_binary() {
             let frame: Bytes = message.into_payload().into();
-            return Some(match Tile::decode(&frame) {
-                Ok(tile) => Event::Frame(tile, frame.len()),
+            return Some(match decode(&frame) {
+                Ok(decoded) => Event::Frame(decoded, frame.len()),
                 Err(error) => Event::BadFrame(error),
             });
         }

@@ -5,7 +5,6 @@
 
 mod clock;
 mod connection;
-mod decode;
 mod metered;
 mod playback;
 mod relief;
@@ -15,9 +14,8 @@ mod watch;
 
 pub use clock::{Exchange, SharedClock};
 pub use connection::{Closed, ConnectError, Connection, Event};
-pub use decode::Tile;
 pub use playback::{Footing, MAX_SAMPLES, Playback, RING, StrayFrame, TileKey};
 pub use relief::{Rgb, relief};
 pub use stats::{Report, Stats};
 pub use surface::{Patch, Point};
-pub use watch::{WatchArgs, watch};
+pub use watch::{WatchArguments, watch};

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use super::decode::Tile;
+use crate::tile::DecodedFrame;
 use crate::wire::{FrameHeader, Hello, TICKS_PER_SECOND, TILE, UnitName};
 
 /// Frames held of one tile: at 60 Hz the server is 8 ahead, and interpolation needs two behind.
@@ -66,7 +66,7 @@ pub struct Playback {
     layout: u32,
     /// Samples a side that each subscribed (cascade, group) has at its level.
     sizes: BTreeMap<(u8, u8), u32>,
-    tiles: BTreeMap<TileKey, BTreeMap<u64, Tile>>,
+    tiles: BTreeMap<TileKey, BTreeMap<u64, DecodedFrame>>,
 }
 
 impl Playback {
@@ -91,7 +91,7 @@ impl Playback {
     ///
     /// # Errors
     /// [`StrayFrame`] when it is not of this subscription.
-    pub fn insert(&mut self, tile: Tile) -> Result<(), StrayFrame> {
+    pub fn insert(&mut self, tile: DecodedFrame) -> Result<(), StrayFrame> {
         let h = &tile.header;
         if h.epoch != self.epoch {
             return Err(StrayFrame::Other("epoch"));
@@ -134,7 +134,8 @@ impl Playback {
     pub fn sample(&self, key: TileKey, channel: usize, server_us: i64, out: &mut Vec<f32>) -> Option<Footing> {
         let (nodes, footing) = self.nodes(key, server_us)?;
         let weights = lagrange(&nodes.iter().map(|(from_now, _)| *from_now).collect::<Vec<_>>());
-        let planes: Vec<&[f32]> = nodes.iter().map(|(_, tile)| tile.plane(channel)).collect();
+        let planes: Vec<&[f32]> =
+            nodes.iter().map(|(_, tile)| tile.planes.get(channel).map_or(&[][..], Vec::as_slice)).collect();
         if planes.iter().any(|plane| plane.is_empty() || plane.len() != planes[0].len()) {
             return None;
         }
@@ -162,7 +163,7 @@ impl Playback {
     }
 
     /// The frames that a sample at a server time goes through, each with its ticks from then.
-    fn nodes(&self, key: TileKey, server_us: i64) -> Option<(Vec<(f64, &Tile)>, Footing)> {
+    fn nodes(&self, key: TileKey, server_us: i64) -> Option<(Vec<(f64, &DecodedFrame)>, Footing)> {
         let ring = self.tiles.get(&key)?;
         let now = ticks_of_us(server_us);
         let passed = now.floor().max(-1.0) as i64;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::decode::Tile;
 use super::playback::TileKey;
+use crate::tile::DecodedFrame;
 use crate::wire::{Group, Hello, Status, TICKS_PER_SECOND, WindStatus};
 
 /// Everything counted since the connection was made.
@@ -63,12 +63,13 @@ impl Stats {
     }
 
     /// Takes a frame of `bytes`.
-    pub fn frame(&mut self, tile: &Tile, bytes: usize) {
+    pub fn frame(&mut self, tile: &DecodedFrame, bytes: usize) {
         self.frames += 1;
         self.bytes += bytes as u64;
         self.newest_tick = self.newest_tick.max(Some(tile.header.tick));
-        if tile.header.group == Group::Displacement.id() {
-            let heights = tile.plane(1);
+        if tile.header.group == Group::Displacement.id()
+            && let Some(heights) = tile.planes.get(1)
+        {
             let mean = |power: i32| {
                 heights.iter().map(|h| f64::from(*h).powi(power)).sum::<f64>() / heights.len().max(1) as f64
             };

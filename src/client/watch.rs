@@ -28,7 +28,7 @@ const SECONDS: f64 = 3.0;
 
 /// Options of `swellcast watch`.
 #[derive(Args, Clone, Debug)]
-pub struct WatchArgs {
+pub struct WatchArguments {
     /// The server, like http://127.0.0.1:8080
     #[arg(long)]
     pub url: String,
@@ -58,7 +58,7 @@ fn class(name: &str) -> Result<ErrorClass, String> {
 ///
 /// # Errors
 /// When there is no connection, the server refuses the subscription, or no frame came.
-pub async fn watch(args: &WatchArgs, now_us: impl Fn() -> i64) -> Result<Report> {
+pub async fn watch(args: &WatchArguments, now_us: impl Fn() -> i64) -> Result<Report> {
     let mut watching = Watching {
         connection: Connection::open(&args.url, &now_us).await?,
         playback: Playback::default(),
@@ -123,7 +123,7 @@ struct Watching<N> {
 
 impl<N: Fn() -> i64> Watching<N> {
     /// Takes an event; returns why the connection ended when it did.
-    async fn take(&mut self, event: Event, args: &WatchArgs) -> Result<Option<super::Closed>> {
+    async fn take(&mut self, event: Event, args: &WatchArguments) -> Result<Option<super::Closed>> {
         match event {
             Event::Hello(hello) => {
                 self.stats.hello(&hello);

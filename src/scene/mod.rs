@@ -12,6 +12,7 @@ mod ndbc;
 mod preset;
 mod sea_state;
 mod surface;
+mod write;
 
 pub use bound::SceneError;
 pub use change::{Change, ChangeKind, MAX_TRANSITION_TICKS};

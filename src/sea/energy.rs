@@ -53,7 +53,7 @@ impl Jonswap {
         let x = omega / self.peak;
         let fall = 1.25 / (x * x * x * x);
         // exp(-700) is the last that is not zero; w^-5 would be infinite beside it.
-        if !(fall < 700.0) {
+        if fall >= 700.0 || fall.is_nan() {
             return 0.0;
         }
         let sigma = if x <= 1.0 { 0.07 } else { 0.09 };

@@ -58,7 +58,8 @@ fn vectors_are_what_the_code_says() {
         .flat_map(|dir| fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path()))
         .filter(|path| path.is_file())
         .collect();
-    (expected.sort(), found.sort());
+    expected.sort();
+    found.sort();
     assert_eq!(found, expected, "files nobody describes, or missing ones");
     let total: usize = files.iter().map(|(_, bytes)| bytes.len()).sum();
     assert!(total < 300_000, "the vectors are {total} bytes");

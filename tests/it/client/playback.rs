@@ -1,6 +1,7 @@
 //! Laws of playback: what is interpolated, what is held, and what is never kept.
 
-use swellcast::client::{Footing, MAX_SAMPLES, Playback, RING, Tile, TileKey};
+use swellcast::client::{Footing, MAX_SAMPLES, Playback, RING, TileKey};
+use swellcast::tile::DecodedFrame;
 use swellcast::wire::{ErrorClass, Group, Hello, ServerMessage, UnitName};
 
 use crate::random::Random;
@@ -21,11 +22,11 @@ fn playback() -> Playback {
 }
 
 /// A frame of foam whose samples are `value` and its double, alternating.
-fn frame(tick: u64, value: f64) -> Tile {
+fn frame(tick: u64, value: f64) -> DecodedFrame {
     let sample = samples().into_iter().find(|s| s.name == "foam-8").unwrap();
     let mut header = sample.header;
     header.tick = tick;
-    Tile { header, samples: (0..64).map(|i| (value * f64::from(1 + i % 2)) as f32).collect() }
+    DecodedFrame { header, planes: vec![(0..64).map(|i| (value * f64::from(1 + i % 2)) as f32).collect()] }
 }
 
 const KEY: TileKey = TileKey { cascade: 0, group: 3, x: 0, z: 0 };
@@ -130,7 +131,7 @@ fn a_ring_holds_the_newest_frames_and_forgets_the_past() {
 #[test]
 fn strays_are_refused() {
     let mut playback = playback();
-    let stray = |change: &dyn Fn(&mut Tile)| {
+    let stray = |change: &dyn Fn(&mut DecodedFrame)| {
         let mut tile = frame(7200, 0.5);
         change(&mut tile);
         tile
@@ -162,7 +163,7 @@ fn no_hello_makes_a_playback_large() {
         for tile in 0..16 {
             let mut header = sample.header;
             (header.cascade, header.level_n, header.tile_x, header.tile_z) = (cascade, 1024, tile % 4, tile / 4);
-            held += usize::from(playback.insert(Tile { header, samples: vec![] }).is_ok());
+            held += usize::from(playback.insert(DecodedFrame { header, planes: vec![] }).is_ok());
         }
     }
     assert!(held as u64 * 65_536 <= MAX_SAMPLES, "{held} tiles");

@@ -30,7 +30,7 @@ pub fn from_clients() -> Vec<(&'static str, ClientMessage, String)> {
         written("stop the flow", subscribe(2, 30, vec![])),
         written("the largest id", subscribe(MAX_TICK as u64, 60, vec![])),
         written("a time of microseconds", time(1_234_567.0)),
-        written("a time with a fraction", time(1234.567_800_001)),
+        written("a time with a fraction", time(1_234.567_800_001)),
         written("a time below zero", time(-0.5)),
         (
             "any order of fields, any white space, escapes",
@@ -98,7 +98,7 @@ pub fn from_server() -> Vec<(&'static str, ServerMessage)> {
         ("subscribed", ServerMessage::Subscribed(Subscribed { id: 1, rate_hz: 15, units, from_tick: 7200 })),
         (
             "time",
-            ServerMessage::Time(TimeAnswer { t0: 1234.567_800_001, t1_us: 86_400_000_000, t2_us: 86_400_000_017 }),
+            ServerMessage::Time(TimeAnswer { t0: 1_234.567_800_001, t1_us: 86_400_000_000, t2_us: 86_400_000_017 }),
         ),
         ("status with wind", ServerMessage::Status(status)),
         ("status of a sea without wind", ServerMessage::Status(swell)),
