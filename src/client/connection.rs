@@ -103,7 +103,7 @@ pub enum ConnectError {
         url: String,
     },
     /// No connection to that address.
-    #[error("can't connect to {address}: {source}")]
+    #[error("can't connect to {address}")]
     Connect {
         /// Host and port.
         address: String,

@@ -64,6 +64,7 @@ pub async fn watch(args: &WatchArguments, now_us: impl Fn() -> i64) -> Result<Re
         playback: Playback::default(),
         hello: None,
         stats: Stats::default(),
+        settled: false,
     };
     let begun = now_us();
     let passed = || (now_us() - begun) as f64 / 1e6;
@@ -119,6 +120,8 @@ struct Watching<N> {
     playback: Playback,
     hello: Option<Hello>,
     stats: Stats,
+    /// Every tile had frames on both sides once: from here on, lacking them is a fault.
+    settled: bool,
 }
 
 impl<N: Fn() -> i64> Watching<N> {
@@ -134,6 +137,7 @@ impl<N: Fn() -> i64> Watching<N> {
             Event::Subscribed(subscribed) => {
                 if let Some(hello) = &self.hello {
                     self.playback = Playback::new(hello, &subscribed.units);
+                    self.settled = false;
                 }
             }
             Event::Frame(tile, bytes) => {
@@ -157,9 +161,11 @@ impl<N: Fn() -> i64> Watching<N> {
     /// Counts a moment at which some tile can't be interpolated.
     fn check_footing(&mut self) {
         let Some(now) = self.connection.server_us() else { return };
-        if self.playback.keys().any(|key| self.playback.footing(key, now) == Some(Footing::Starved)) {
+        let starved = self.playback.keys().any(|key| self.playback.footing(key, now) == Some(Footing::Starved));
+        if starved && self.settled {
             self.stats.starved();
         }
+        self.settled |= !starved && self.playback.keys().next().is_some();
     }
 
     fn report(&self, seconds: f64) -> Report {
