@@ -1,5 +1,6 @@
 //! `swellcast watch`: a thin client on the terminal, with live figures and a picture of what it received.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -11,7 +12,7 @@ use clap::Args;
 use tokio::time::{MissedTickBehavior, interval};
 
 use super::connection::{Connection, Event};
-use super::playback::{Footing, Playback};
+use super::playback::{Footing, Playback, TileKey};
 use super::relief::relief;
 use super::stats::{Report, Stats};
 use super::surface::Patch;
@@ -64,7 +65,7 @@ pub async fn watch(args: &WatchArguments, now_us: impl Fn() -> i64) -> Result<Re
         playback: Playback::default(),
         hello: None,
         stats: Stats::default(),
-        settled: false,
+        settled: BTreeSet::new(),
     };
     let begun = now_us();
     let passed = || (now_us() - begun) as f64 / 1e6;
@@ -120,8 +121,8 @@ struct Watching<N> {
     playback: Playback,
     hello: Option<Hello>,
     stats: Stats,
-    /// Every tile had frames on both sides once: from here on, lacking them is a fault.
-    settled: bool,
+    /// Tiles that had frames on both sides once: from then on, lacking them is a fault.
+    settled: BTreeSet<TileKey>,
 }
 
 impl<N: Fn() -> i64> Watching<N> {
@@ -137,7 +138,7 @@ impl<N: Fn() -> i64> Watching<N> {
             Event::Subscribed(subscribed) => {
                 if let Some(hello) = &self.hello {
                     self.playback = Playback::new(hello, &subscribed.units);
-                    self.settled = false;
+                    self.settled.clear();
                 }
             }
             Event::Frame(tile, bytes) => {
@@ -161,11 +162,12 @@ impl<N: Fn() -> i64> Watching<N> {
     /// Counts a moment at which some tile can't be interpolated.
     fn check_footing(&mut self) {
         let Some(now) = self.connection.server_us() else { return };
-        let starved = self.playback.keys().any(|key| self.playback.footing(key, now) == Some(Footing::Starved));
-        if starved && self.settled {
+        let (between, starved): (Vec<_>, Vec<_>) =
+            self.playback.keys().partition(|key| self.playback.footing(*key, now) == Some(Footing::Between));
+        if starved.iter().any(|key| self.settled.contains(key)) {
             self.stats.starved();
         }
-        self.settled |= !starved && self.playback.keys().next().is_some();
+        self.settled.extend(between);
     }
 
     fn report(&self, seconds: f64) -> Report {
