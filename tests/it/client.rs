@@ -2,5 +2,6 @@
 
 mod clock;
 mod connection;
+mod live;
 mod picture;
 mod playback;
