@@ -10,6 +10,7 @@ mod hostile;
 mod laws;
 mod layering;
 mod random;
+mod restart;
 mod served;
 mod streaming;
 mod support;

@@ -75,13 +75,8 @@ impl Served {
         timeout(PATIENCE, self.done).await.expect("stops").unwrap().unwrap();
     }
 
-    /// Sends bytes, reads to the end.
     pub async fn raw(&self, request: &[u8]) -> String {
-        let mut stream = TcpStream::connect(self.address).await.unwrap();
-        stream.write_all(request).await.unwrap();
-        let mut answer = Vec::new();
-        timeout(PATIENCE, stream.read_to_end(&mut answer)).await.expect("answers").unwrap();
-        String::from_utf8_lossy(&answer).into_owned()
+        raw(self.address, request).await
     }
 
     pub async fn http(&self, method: &str, path: &str, headers: &str, body: &str) -> Answer {
@@ -102,19 +97,17 @@ impl Served {
     }
 
     pub async fn client(&self) -> Client {
-        let stream = TcpStream::connect(self.address).await.unwrap();
-        self.client_on(stream).await
+        Client::on(TcpStream::connect(self.address).await.unwrap()).await
     }
+}
 
-    pub async fn client_on(&self, stream: TcpStream) -> Client {
-        let uri = format!("ws://{}/v1/stream", self.address);
-        let builder = ClientBuilder::new().uri(&uri).unwrap().limits(Limits::unlimited());
-        let protocol = ("sec-websocket-protocol".parse().unwrap(), "swellcast.v1".parse().unwrap());
-        let builder = builder.add_header(protocol.0, protocol.1).unwrap();
-        let (stream, answer) = timeout(PATIENCE, builder.connect_on(stream)).await.expect("upgrades").unwrap();
-        assert_eq!(answer.headers()["sec-websocket-protocol"], "swellcast.v1");
-        Client { stream }
-    }
+/// Sends bytes, reads to the end.
+pub async fn raw(address: SocketAddr, request: &[u8]) -> String {
+    let mut stream = TcpStream::connect(address).await.unwrap();
+    stream.write_all(request).await.unwrap();
+    let mut answer = Vec::new();
+    timeout(PATIENCE, stream.read_to_end(&mut answer)).await.expect("answers").unwrap();
+    String::from_utf8_lossy(&answer).into_owned()
 }
 
 /// A stream client.
@@ -131,6 +124,17 @@ pub enum Got {
 }
 
 impl Client {
+    /// A client on a connection that stands.
+    pub async fn on(stream: TcpStream) -> Self {
+        let uri = format!("ws://{}/v1/stream", stream.peer_addr().unwrap());
+        let builder = ClientBuilder::new().uri(&uri).unwrap().limits(Limits::unlimited());
+        let protocol = ("sec-websocket-protocol".parse().unwrap(), "swellcast.v1".parse().unwrap());
+        let builder = builder.add_header(protocol.0, protocol.1).unwrap();
+        let (stream, answer) = timeout(PATIENCE, builder.connect_on(stream)).await.expect("upgrades").unwrap();
+        assert_eq!(answer.headers()["sec-websocket-protocol"], "swellcast.v1");
+        Self { stream }
+    }
+
     pub async fn send(&mut self, message: &Value) {
         self.stream.send(Message::text(message.to_string())).await.unwrap();
     }
