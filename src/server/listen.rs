@@ -1,6 +1,6 @@
 //! Accepts connections and speaks HTTP on each, until told to stop.
 
-use std::io;
+use std::io::{self, Read, Write};
 use std::net::SocketAddr;
 use std::pin::pin;
 use std::sync::Arc;
@@ -90,12 +90,20 @@ fn is_of_one_connection(error: &io::Error) -> bool {
 fn welcome(stream: TcpStream, address: SocketAddr, router: &Router, ocean: &Arc<Ocean>) {
     let Some(seat) = ocean.seats.take(address.ip()) else {
         ocean.metrics.refused();
-        // As much as fits at once: a refusal must not cost us a wait.
-        let _ = stream.try_write(FULL);
+        refuse(stream);
         return;
     };
     let (socket, router, closing) = (Socket::new(stream, seat), router.clone(), ocean.bulletin.closing());
     tokio::spawn(speak(socket, router, closing));
+}
+
+/// Says that the server is full, without waiting for anything.
+fn refuse(stream: TcpStream) {
+    // The runtime does not know yet that a new connection can be written to; the system does.
+    let Ok(mut stream) = stream.into_std() else { return };
+    // A request that is here already would, unread, turn our answer into a reset.
+    let _ = stream.read(&mut [0; 4096]);
+    let _ = stream.write(FULL);
 }
 
 /// HTTP/1.1 on one connection. HTTP/2 is left out: no client needs it, and a stream takes a connection of its own.
