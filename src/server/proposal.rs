@@ -100,7 +100,7 @@ impl Ocean {
     /// Decides on a change. Goes on to its end even when the asker has gone.
     ///
     /// # Errors
-    /// [`Problem`]; the sea and the log are then as before.
+    /// `Problem`; the sea and the log are then as before.
     pub async fn propose(self: &Arc<Self>, proposal: Proposal) -> Result<Answer, Problem> {
         let (ocean, arrived) = (Arc::clone(self), self.tick());
         let decide = tokio::spawn(async move {
