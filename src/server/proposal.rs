@@ -65,7 +65,7 @@ pub struct Gate {
 impl Gate {
     /// A gate after `changes`, where building took `build_us`.
     pub fn new(changes: Vec<Change>, build_us: i64, tick: i64) -> Self {
-        let mut gate = Self { open: changes, build: 0, used_until: 0 };
+        let mut gate = Self { open: changes, build: 0, used_until: i64::MIN };
         gate.forget(tick);
         gate.expect(build_us);
         gate
