@@ -62,14 +62,14 @@ impl EvolveTable {
 }
 
 /// An odd number of derivatives: the factor stands beside an i.
-pub fn is_odd(field: Field) -> bool {
+fn is_odd(field: Field) -> bool {
     matches!(field, Field::Dx | Field::Dz | Field::SlopeX | Field::SlopeZ)
 }
 
 /// Real factor that makes `field` out of the height of wave vector (kx, kz); `chop` is choppiness times widening.
 ///
 /// D = i (k / |k|) h, so crests sharpen; its derivatives are i k of that (Tessendorf 2001, eq. 44, with our sign).
-pub fn factor(field: Field, kx: f64, kz: f64, chop: f64) -> f64 {
+fn factor(field: Field, kx: f64, kz: f64, chop: f64) -> f64 {
     let k = libm::sqrt(kx * kx + kz * kz);
     if k == 0.0 {
         return 0.0;

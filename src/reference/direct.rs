@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 
-use crate::pass::evolve::{factor, is_odd};
 use crate::plan::Field;
 use crate::sea::{CascadeModes, Mode, Sea};
 use crate::wire::TICKS_PER_SECOND;
@@ -33,10 +32,26 @@ pub(super) fn height(mode: &Mode, tick: i64, repeat: u64) -> (Complex64, Complex
     (forward + backward, Complex64::new(0.0, -omega) * (forward - backward))
 }
 
-/// Value of a factor, beside an i or not.
-pub(super) fn complex_factor(field: Field, kx: f64, kz: f64, chop: f64) -> Complex64 {
-    let factor = factor(field, kx, kz, chop);
-    if is_odd(field) { Complex64::new(0.0, factor) } else { Complex64::new(factor, 0.0) }
+/// What makes a field out of the height of wave vector (kx, kz): written as the derivatives it stands for, on its own,
+/// so that an error in the table of the fast path shows.
+pub(super) fn operator(field: Field, kx: f64, kz: f64, chop: f64) -> Complex64 {
+    let (along_x, along_z) = (Complex64::new(0.0, kx), Complex64::new(0.0, kz));
+    let k = libm::hypot(kx, kz);
+    if k == 0.0 {
+        return Complex64::ZERO;
+    }
+    let (dx, dz) = (along_x * (chop / k), along_z * (chop / k));
+    match field {
+        Field::Height => Complex64::ONE,
+        Field::Dx => dx,
+        Field::Dz => dz,
+        Field::SlopeX => along_x,
+        Field::SlopeZ => along_z,
+        Field::Dxx => along_x * dx,
+        Field::Dzz => along_z * dz,
+        Field::Dxz => along_z * dx,
+        Field::Jacobian | Field::Foam => Complex64::ZERO,
+    }
 }
 
 /// The water particle that rests at (x0, z0), at a tick, from these cascades of a sea.
@@ -51,10 +66,10 @@ pub fn at(sea: &Sea, cascades: &[CascadeModes], tick: i64, x0: f64, z0: f64) -> 
             let (h, rate) = height(mode, tick, sea.repeat);
             let chop = sea.choppiness * mode.widening;
             for (value, field) in point.fields.iter_mut().zip(Field::SPECTRAL) {
-                *value += (complex_factor(field, kx, kz, chop) * h * wave).re;
+                *value += (operator(field, kx, kz, chop) * h * wave).re;
             }
             for (value, field) in point.velocity.iter_mut().zip([Field::Dx, Field::Height, Field::Dz]) {
-                *value += (complex_factor(field, kx, kz, chop) * rate * wave).re;
+                *value += (operator(field, kx, kz, chop) * rate * wave).re;
             }
         }
     }

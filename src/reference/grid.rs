@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 
-use super::direct::{complex_factor, height};
+use super::direct::{height, operator};
 use crate::plan::Field;
 use crate::sea::Sea;
 
@@ -23,7 +23,7 @@ pub fn fields(sea: &Sea, cascade: usize, tick: i64, wanted: &[Field]) -> Vec<Vec
         .collect();
     let one = |field: Field| {
         let coefficients: Vec<Complex64> = (modes.with_wave_vectors().zip(&heights))
-            .map(|((kx, kz, mode), h)| complex_factor(field, kx, kz, sea.choppiness * mode.widening) * h)
+            .map(|((kx, kz, mode), h)| operator(field, kx, kz, sea.choppiness * mode.widening) * h)
             .collect();
         let row = |z: usize| {
             let column = |nx: usize| -> Complex64 {

@@ -23,8 +23,8 @@ const ORDER: [&str; 14] = [
 
 /// ... and of those not these: what each must not know.
 const MUST_NOT_KNOW: [(&str, &[&str]); 4] = [
-    // The reference checks the backends.
-    ("reference", &["backend"]),
+    // The reference checks the fast path, and shares none of it.
+    ("reference", &["pass", "backend"]),
     ("tile", &["backend", "reference"]),
     ("control", &["pass", "backend", "reference", "tile", "engine"]),
     // A thin client has the protocol, a decoder and a clock.
