@@ -41,6 +41,10 @@ test-web:
 browser:
     .ci/browser
 
+# The README's picture, made by the browser test.
+picture:
+    .ci/browser docs
+
 # Write the vectors anew, after a change of the protocol that is meant.
 bless:
     SWELLCAST_BLESS=1 cargo test --test it vectors

@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 
 use super::npz::NpzWriter;
-use super::scene;
+use super::scene::MomentArguments;
 use crate::backend::Cpu;
 use crate::engine::Stepper;
 use crate::plan::{Field, FieldSet};
@@ -17,15 +17,8 @@ use crate::sea::Timeline;
 
 #[derive(Debug, Args)]
 pub struct ExportArguments {
-    /// Preset or scene file.
-    #[arg(long, default_value = "beaufort-5")]
-    scene: String,
-    /// Replaces the scene's seed.
-    #[arg(long)]
-    seed: Option<u64>,
-    /// Seconds since tick 0.
-    #[arg(long, default_value_t = 0.0)]
-    time: f64,
+    #[command(flatten)]
+    moment: MomentArguments,
     /// What computes it; `reference` is the slow sum in f64.
     #[arg(long, value_enum, default_value_t = ExportBackend::Cpu)]
     backend: ExportBackend,
@@ -48,8 +41,7 @@ const WRITTEN: [Field; 7] =
 type Planes = Vec<Vec<f32>>;
 
 pub fn run(arguments: &ExportArguments) -> Result<()> {
-    let scene = scene::load(&arguments.scene, arguments.seed)?;
-    let tick = scene::tick_of(arguments.time)?;
+    let (scene, tick) = arguments.moment.load()?;
     let timeline = Timeline::new(&scene);
     let cascades = match arguments.backend {
         ExportBackend::Cpu => by_cpu(&timeline, tick)?,

@@ -3,21 +3,14 @@
 use anyhow::Result;
 use clap::Args;
 
-use super::scene;
+use super::scene::MomentArguments;
 use crate::reference;
 use crate::sea::Timeline;
 
 #[derive(Debug, Args)]
 pub struct ProbeArguments {
-    /// Preset or scene file.
-    #[arg(long, default_value = "beaufort-5")]
-    scene: String,
-    /// Replaces the scene's seed.
-    #[arg(long)]
-    seed: Option<u64>,
-    /// Seconds since tick 0.
-    #[arg(long, default_value_t = 0.0)]
-    time: f64,
+    #[command(flatten)]
+    moment: MomentArguments,
     /// World position in metres, east and south.
     #[arg(long, value_name = "X,Z", allow_hyphen_values = true, value_parser = position)]
     at: [f64; 2],
@@ -36,8 +29,7 @@ fn position(text: &str) -> Result<[f64; 2], String> {
 }
 
 pub fn run(arguments: &ProbeArguments) -> Result<()> {
-    let scene = scene::load(&arguments.scene, arguments.seed)?;
-    let tick = scene::tick_of(arguments.time)?;
+    let (scene, tick) = arguments.moment.load()?;
     let timeline = Timeline::new(&scene);
     let [x, z] = arguments.at;
     let found = reference::probe(&timeline.at(tick), tick, x, z);

@@ -13,9 +13,6 @@ use crate::control::{Begun, Epoch, Store};
 use crate::engine::{Clock, EngineSettings};
 use crate::server::{self, Ocean, Settings};
 
-/// What is served when nothing is said.
-const DEFAULT_SCENE: &str = "beaufort-5";
-
 #[derive(Debug, Args)]
 pub struct ServeArguments {
     /// Preset or scene file [default: what --data holds, else beaufort-5]
@@ -91,7 +88,7 @@ fn begin(arguments: &ServeArguments) -> Result<(Store, Begun)> {
     let begun = match (&arguments.scene, arguments.seed, store.begun()?) {
         (None, None, Some(begun)) => begun,
         (name, seed, _) => {
-            let scene = scene::load(name.as_deref().unwrap_or(DEFAULT_SCENE), seed)?;
+            let scene = scene::load(name.as_deref().unwrap_or(scene::DEFAULT_SCENE), seed)?;
             store.begin(&scene, Epoch::begin(Clock::unix_now_ns()))?
         }
     };

@@ -192,6 +192,7 @@ impl Loop<'_> {
             if let Err(error) = done {
                 tracing::error!(%error, "backend");
                 lock(&self.shared.counters).backend_errors += 1;
+                self.stepper.forget();
                 self.rest(AFTER_ERROR);
             }
         }

@@ -79,6 +79,12 @@ impl Stepper {
         (self.timeline, self.loaded) = (timeline, None);
     }
 
+    /// Forgets what the backend holds: after an error, all of it is loaded and run again.
+    pub fn forget(&mut self) {
+        self.loaded = None;
+        self.foam.iter_mut().flatten().for_each(FoamTrack::forget);
+    }
+
     /// Keeps foam's memory where somebody wants foam, and lets it go elsewhere.
     pub fn set_demand(&mut self, demand: &Demand) {
         let settings: Option<Foam> = self.timeline.scene().effects.foam;

@@ -1,6 +1,6 @@
 //! The CPU backend against the f64 reference, and the laws of a moving surface.
 
-use swellcast::backend::{Backend, Cpu};
+use swellcast::backend::{Backend, Cpu, Tap};
 use swellcast::plan::{CascadePlan, Field, FieldSet, FoamWork, Plan};
 use swellcast::reference;
 use swellcast::scene::{Change, ChangeKind};
@@ -211,4 +211,28 @@ fn work_is_what_the_plan_says_and_no_more() {
     assert_eq!(cascade(&[Field::Jacobian], 1.0), 3);
     let foam = FoamWork { restart: false, decay: 0.9, advance: true };
     assert_eq!(CascadePlan::new(FieldSet::NONE, Some(foam), 1.0).transforms.len(), 3);
+}
+
+#[test]
+fn evolve_alone_turns_every_mode_by_its_exact_phase() {
+    let timeline = Timeline::new(&wind_sea(10.0, 64, &[300.0, 40.0]));
+    let (tick, sea) = (TEN_YEARS + 99, timeline.at(TEN_YEARS + 99));
+    let mut cpu = Cpu::new(Some(1));
+    cpu.load(&sea).unwrap();
+    cpu.step(tick, &plan(&sea, &[Field::Height])).unwrap();
+    for (index, cascade) in sea.cascades.iter().enumerate() {
+        let heights = cpu.tap(index, Tap::Heights).unwrap();
+        let largest = cascade.modes.iter().map(|mode| mode.forward.norm() + mode.backward.norm()).fold(0.0, f64::max);
+        for (mode, h) in cascade.modes.iter().zip(heights.as_chunks::<2>().0) {
+            let cycles = i128::from(mode.cycles) * i128::from(tick) % i128::from(sea.repeat);
+            let turns = cycles as f64 / sea.repeat as f64 + f64::from(mode.offset) / 4_294_967_296.0;
+            let (sin, cos) = (2.0 * std::f64::consts::PI * turns).sin_cos();
+            let (a, b) = (mode.forward, mode.backward);
+            let want =
+                [a.re * cos + a.im * sin + b.re * cos - b.im * sin, a.im * cos - a.re * sin + b.im * cos + b.re * sin];
+            for (got, want) in h.iter().zip(want) {
+                assert!((f64::from(*got) - want).abs() < 3e-7 * largest, "{got} for {want}");
+            }
+        }
+    }
 }

@@ -50,6 +50,41 @@ async fn wrong_messages_end_with_the_code_that_says_why() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn every_invalid_vector_gets_a_clean_error_from_a_live_server() {
+    let served = Served::start(&scene(SMALL), Settings::default()).await;
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/proto/vectors/invalid");
+    let messages = std::fs::read_to_string(format!("{folder}/messages.json")).unwrap();
+    let messages: Vec<serde_json::Value> = serde_json::from_str(&messages).unwrap();
+    assert!(messages.len() > 20);
+    for message in messages {
+        let text = message["text"].as_str().unwrap();
+        // A client each, so that none is closed for sending too many.
+        let mut client = served.client().await;
+        client.stream.send(Message::text(text.to_owned())).await.unwrap();
+        if text.len() > 4096 {
+            assert_eq!(client.closed().await, 1009, "{message}");
+            continue;
+        }
+        let error = client.text("error").await;
+        assert_eq!((&error["code"], &error["field"]), (&message["code"], &message["field"]), "{message}: {error}");
+        // The connection goes on.
+        client.subscribe(15, &["slopes"]).await;
+    }
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "bin") {
+            let mut bytes = std::fs::read(&path).unwrap();
+            bytes.truncate(4096);
+            let mut client = served.client().await;
+            client.stream.send(Message::binary(bytes)).await.unwrap();
+            assert_eq!(client.closed().await, 1003, "{}", path.display());
+        }
+    }
+    assert_eq!(served.get("/readyz").await.status, 200);
+    served.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn ten_thousand_random_messages_harm_nobody() {
     let served = Served::start(&scene(SMALL), Settings::default()).await;
     let mut watcher = served.client().await;
