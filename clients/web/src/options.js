@@ -6,7 +6,7 @@ const DEFAULTS = {
   class: '1mm',
   eye: [0, 6, 0], // metres; y above the rest surface
   look: [262, -5], // yaw clockwise from north, pitch up, degrees
-  sun: [226, 24], // azimuth clockwise from north, elevation, degrees
+  sun: [238, 13], // azimuth clockwise from north, elevation, degrees
   still: false, // no panel, no help
   ripples: true, // shading below the shortest streamed wave
   detail: 'high', // or 'low': half the mesh, no antialiasing, little anisotropic filtering

@@ -40,13 +40,18 @@ vec3 skyRadiance(vec3 d) {
   return SUN * (once * reach + often * sqrt(reach)) * (1.0 - exp(-depth * airMass(d.y)));
 }
 
-/** Display value of a radiance: extended Reinhard 2002 on luminance, then white for what is far too bright. */
+/**
+ * Display value of a radiance. Luminance follows a curve that is linear in the dark and closes in on
+ * white as slowly as film does, so that glitter a hundred times brighter than the sea keeps its shape;
+ * hue stays, and what the display can't show as bright in that colour goes towards white, no further.
+ */
 vec3 develop(vec3 radiance, float exposure) {
   vec3 c = radiance * exposure;
-  float l = dot(c, vec3(0.2126, 0.7152, 0.0722));
-  c *= (1.0 + l / 60.0) / (1.0 + l);
-  float over = max(max(c.r, max(c.g, c.b)) - 0.8, 0.0);
-  c = mix(c, vec3(min(l, 1.0)), 1.0 - exp(-2.0 * over));
+  float l = max(dot(c, vec3(0.2126, 0.7152, 0.0722)), 1e-6);
+  float shown = 1.0 - pow(1.0 + l / 0.58, -0.61);
+  c *= shown / l;
+  float reach = max(max(c.r, max(c.g, c.b)) - shown, 0.0) / (1.0 - shown); // 1: as far from grey as can be shown
+  c = shown + (c - shown) * pow(1.0 + reach * reach * reach, -0.3333);
   return pow(clamp(c, 0.0, 1.0), vec3(1.0 / 2.2));
 }
 
