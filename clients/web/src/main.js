@@ -15,7 +15,7 @@ const canvas = document.getElementById('sea');
 const camera = new Camera(options.eye, options.look);
 const clock = new Clock();
 const panel = new Panel(document);
-const weather = { windMps: null, hsM: 2 };
+const weather = { windMps: null, windFromDeg: 0, hsM: 2 };
 
 /** For tests and the curious. */
 const swellcast = {
@@ -106,6 +106,7 @@ function hear(message) {
   if (message.type === 'status') {
     swellcast.status = message;
     weather.windMps = message.wind ? message.wind.speed_mps : null;
+    weather.windFromDeg = message.wind?.direction_from_deg ?? 0;
     weather.hsM = message.hs_m;
     panel.setStatus(message);
   } else if (message.type === 'change') {

@@ -12,6 +12,8 @@ import { bindTexture, COVER_VERTEX, makeProgram } from './gl.js';
 import { Unit } from './unit.js';
 
 const CHANNELS = 9;
+/** Step of the spread of foam along crests, in the longest waves of a cascade. */
+const SMEAR_WAVES = 0.065;
 const FIRST_CHANNEL = [0, 3, 5, 8]; // by group
 
 const RESOLVE = `
@@ -20,6 +22,7 @@ uniform isampler2DArray uDisplacement, uSlopes, uDerivatives, uFoam;
 uniform ivec4 uSlots[4];   // by group: where the four frames lie
 uniform vec4 uWeights[${CHANNELS}]; // by channel: weight in time, times metres a count
 uniform int uCoarser;      // samples of the target per sample of the frames
+uniform vec2 uSmear;       // a step of foam along the crests, in samples of the target
 layout(location = 0) out vec4 oDisplacement;
 layout(location = 1) out vec4 oGradient;
 layout(location = 2) out vec4 oMoment;
@@ -30,26 +33,38 @@ vec4 counts(isampler2DArray frames, ivec4 layer, ivec2 p) {
               texelFetch(frames, ivec3(p, layer.z), 0).r, texelFetch(frames, ivec3(p, layer.w), 0).r);
 }
 
-float field(isampler2DArray frames, ivec4 slots, int channels, int channel, vec4 weights) {
+float field(isampler2DArray frames, ivec4 slots, int channels, int channel, vec4 weights, ivec2 p) {
   ivec4 layer = slots * channels + channel;
-  ivec2 p = ivec2(gl_FragCoord.xy);
+  ivec2 n = textureSize(frames, 0).xy;
+  p = (p + n * uCoarser) % (n * uCoarser);
   if (uCoarser == 1) return dot(weights, counts(frames, layer, p));
-  ivec2 n = textureSize(frames, 0).xy, a = p / uCoarser, b = (a + 1) % n;
+  ivec2 a = p / uCoarser, b = (a + 1) % n;
   vec2 f = vec2(p - a * uCoarser) / float(uCoarser);
   vec4 c = mix(mix(counts(frames, layer, a), counts(frames, layer, ivec2(b.x, a.y)), f.x),
                mix(counts(frames, layer, ivec2(a.x, b.y)), counts(frames, layer, b), f.x), f.y);
   return dot(weights, c);
 }
 
+/** Breakers are longer than the waves of one cascade tell: foam is spread along crests, its mean kept. */
+float foam(ivec2 p) {
+  float sum = 0.0;
+  for (int i = -3; i <= 3; i++) {
+    float share = 0.25 * (1.0 - abs(float(i)) / 4.0);
+    sum += share * clamp(field(uFoam, uSlots[3], 1, 0, uWeights[8], p + ivec2(round(float(i) * uSmear))), 0.0, 1.0);
+  }
+  return sum;
+}
+
 void main() {
-  vec2 slope = vec2(field(uSlopes, uSlots[1], 2, 0, uWeights[3]), field(uSlopes, uSlots[1], 2, 1, uWeights[4]));
-  oDisplacement = vec4(field(uDisplacement, uSlots[0], 3, 0, uWeights[0]),
-                       field(uDisplacement, uSlots[0], 3, 1, uWeights[1]),
-                       field(uDisplacement, uSlots[0], 3, 2, uWeights[2]), 0.0);
-  oGradient = vec4(slope, field(uDerivatives, uSlots[2], 3, 0, uWeights[5]),
-                          field(uDerivatives, uSlots[2], 3, 1, uWeights[6]));
-  oShear = vec4(field(uDerivatives, uSlots[2], 3, 2, uWeights[7]));
-  oMoment = vec4(slope * slope, slope.x * slope.y, clamp(field(uFoam, uSlots[3], 1, 0, uWeights[8]), 0.0, 1.0));
+  ivec2 p = ivec2(gl_FragCoord.xy);
+  vec2 slope = vec2(field(uSlopes, uSlots[1], 2, 0, uWeights[3], p), field(uSlopes, uSlots[1], 2, 1, uWeights[4], p));
+  oDisplacement = vec4(field(uDisplacement, uSlots[0], 3, 0, uWeights[0], p),
+                       field(uDisplacement, uSlots[0], 3, 1, uWeights[1], p),
+                       field(uDisplacement, uSlots[0], 3, 2, uWeights[2], p), 0.0);
+  oGradient = vec4(slope, field(uDerivatives, uSlots[2], 3, 0, uWeights[5], p),
+                          field(uDerivatives, uSlots[2], 3, 1, uWeights[6], p));
+  oShear = vec4(field(uDerivatives, uSlots[2], 3, 2, uWeights[7], p));
+  oMoment = vec4(slope * slope, slope.x * slope.y, foam(p));
 }`;
 
 export class Fields {
@@ -64,6 +79,7 @@ export class Fields {
     this.plan = plan;
     this.interval = TICKS_PER_SECOND / plan.rateHz;
     this.patches = layout.cascades.map((c) => c.patch_m);
+    this.longest = layout.cascades.map((c) => c.wavelength_max_m);
     this.count = layout.cascades.length;
     /** units by cascade, then group; null where none is subscribed */
     this.units = layout.cascades.map(() => GROUPS.map(() => null));
@@ -115,9 +131,10 @@ export class Fields {
   /**
    * Sets the textures to a moment.
    * @param {number} tick
+   * @param {number[]} crestwise x, z: unit vector along the crests, or zero
    * @returns {boolean} starved: some unit had no frame on one side of that moment
    */
-  seek(tick) {
+  seek(tick, crestwise) {
     if (tick === this.tick) return false;
     this.tick = tick;
     const { gl } = this.gpu;
@@ -153,6 +170,8 @@ export class Fields {
       gl.uniform4iv(at.uSlots, this.slots);
       gl.uniform4fv(at.uWeights, this.weights);
       gl.uniform1i(at.uCoarser, this.size / size);
+      const step = SMEAR_WAVES * this.longest[cascade] / this.patches[cascade] * this.size;
+      gl.uniform2f(at.uSmear, crestwise[0] * step, crestwise[1] * step);
       [at.uDisplacement, at.uSlopes, at.uDerivatives, at.uFoam].forEach((location, group) => {
         bindTexture(gl, group, gl.TEXTURE_2D_ARRAY, (this.units[cascade][group] ?? this.empty).texture, location);
       });

@@ -8,13 +8,14 @@ import { SkyMap } from './sky.js';
 import { BACKGROUND_FRAGMENT, WATER_FRAGMENT, WATER_VERTEX } from './water.js';
 
 const EXPOSURE = 0.72;
-const HAZE_M = 22_000;
+const HAZE_M = 16_000;
 const FADE_PATCHES = [9, 26]; // a cascade goes before its repetition can be counted
 const UPLOADS_AHEAD = 4;
 
 /**
  * @typedef {object} Weather
  * @property {number | null} windMps null when the sea is not wind-driven
+ * @property {number} windFromDeg where the wind comes from, clockwise from north
  * @property {number} hsM significant wave height
  */
 
@@ -35,6 +36,7 @@ export class Renderer {
     this.background = makeProgram(gl, 'background', COVER_VERTEX, BACKGROUND_FRAGMENT);
     this.sun = new Float32Array(3);
     this.setSun(options.sun[0], options.sun[1]);
+    this.crestwise = [0, 0];
     this.fields = null;
     this.water = null;
     this.planes = Array.from({ length: 5 }, () => new Float64Array(3));
@@ -71,9 +73,11 @@ export class Renderer {
   draw(tick, camera, weather) {
     const { gl } = this.gpu;
     this.#fit();
+    const from = weather.windFromDeg * Math.PI / 180;
+    this.crestwise = weather.windMps === null ? [0, 0] : [Math.cos(from), Math.sin(from)];
     let starved = false;
     if (this.fields && Number.isFinite(tick)) {
-      starved = this.fields.seek(tick);
+      starved = this.fields.seek(tick, this.crestwise);
       this.fields.uploadAhead(tick, UPLOADS_AHEAD);
     }
     this.#look(camera);
@@ -149,6 +153,7 @@ export class Renderer {
     gl.uniform2f(at.uFade, FADE_PATCHES[0], FADE_PATCHES[1]);
     gl.uniform1f(at.uRipples, this.options.ripples ? 0.6 : 0);
     gl.uniform1f(at.uCrest, Math.max(0.2, 0.4 * weather.hsM));
+    gl.uniform2f(at.uCrestwise, this.crestwise[0], this.crestwise[1]);
     gl.uniform1f(at.uExposure, EXPOSURE);
     gl.uniform1f(at.uHaze, 1 / HAZE_M);
     // Cox & Munk 1954: the mean square slope of the whole sea, wind at 12.5 m taken as that at 10 m.

@@ -61,6 +61,7 @@ uniform sampler2D uSky, uFoamPattern;
 uniform vec2 uFade;      // patches away at which a cascade starts to go, and is gone
 uniform float uRipples;  // share of the slopes below the cascades that is drawn as ripples
 uniform float uCrest;    // height of a high crest, metres
+uniform vec2 uCrestwise; // unit vector along the crests, or zero
 uniform float uExposure;
 uniform float uHaze;     // 1 / metres
 out vec4 oColor;
@@ -75,6 +76,11 @@ float normalTail(float x) { // integral of the normal distribution up to x
 /** Smith's shadowing of a rough sea at a tangent of elevation, in standard deviations. */
 float shadow(float t) {
   return t > 1.6 ? 0.0 : (1.0 - 1.259 * t + 0.396 * t * t) / (3.535 * t + 2.181 * t * t);
+}
+
+/** Foam's threshold, smeared along a step to either side. */
+float pattern(vec2 at, vec2 along) {
+  return (texture(uFoamPattern, at - along).r + texture(uFoamPattern, at).r + texture(uFoamPattern, at + along).r) / 3.0;
 }
 
 void main() {
@@ -182,17 +188,20 @@ void main() {
 
   vec3 color = mix(body, sky, fresnel * open) + fresnel * (1.0 - open) * body + sun * min(glint, 60.0) * lit;
 
-  // Foam: a lace whose white area is what the channel says.
-  float blur = clamp(length(fwidth(vRest)) * 0.7 - 0.1, 0.0, 1.0);
-  float fine = texture(uFoamPattern, vRest.yx / 1.37 + 0.37).r;
-  float bubbles = texture(uFoamPattern, vRest / 0.31).r;
-  float threshold = 0.40 * texture(uFoamPattern, vRest / 5.3).r + 0.22 * fine + 0.08 * bubbles
-    + 0.30 * texture(uFoamPattern, (vRest + vRest.yx * vec2(0.4, -0.4)) / 17.0).r;
-  threshold = 0.5 + 1.6 * (threshold - 0.5);
-  float lace = smoothstep(-0.26, 0.22, foam - threshold);
-  float white = mix(lace * smoothstep(0.0, 0.1, foam), foam * 0.7, blur);
-  float thick = mix(1.0, 0.62 + 0.38 * smoothstep(0.9, 0.2, 0.6 * fine + 0.4 * bubbles), 1.0 - blur);
-  vec3 foamLight = 0.85 * (skyMean * PI * 0.8 * (0.5 + 0.5 * normal.y) + sun * max(0.2, dot(normal, uSun))) / PI;
+  // Foam: a lace whose mean is what the channel says. Thin foam is a veil with few bright rafts, dense
+  // foam is white with few holes. Both are drawn out along the crests.
+  float footprint = length(fwidth(vRest));
+  float t0 = pattern(vRest / 6.1, uCrestwise * 0.9 / 6.1);
+  float t1 = pattern(vRest.yx / 1.9 + 0.37, uCrestwise.yx * 0.28 / 1.9);
+  float bubbles = texture(uFoamPattern, vRest / 0.43).r;
+  float threshold = normalTail((0.50 * t0 + 0.34 * t1 + 0.16 * bubbles - 0.5) / 0.12);
+  float veil = foam * 6.0 * pow(1.0 - threshold, 5.0);
+  float holes = 1.0 - (1.0 - foam) * 6.0 * pow(threshold, 5.0);
+  float blur = smoothstep(0.1, 2.0, footprint);
+  float white = mix(clamp(mix(veil, holes, smoothstep(0.1, 0.9, foam)), 0.0, 1.0), foam, blur);
+  float thick = mix(0.78, 1.0, smoothstep(0.0, 0.6, white)) * (1.0 - 0.25 * (1.0 - blur) * smoothstep(0.4, 0.9, bubbles));
+  float wrapped = max(0.25, (dot(normal, uSun) + 0.35) / 1.35); // light wanders between bubbles
+  vec3 foamLight = 0.9 * (skyMean * PI * 0.9 * (0.5 + 0.5 * normal.y) + sun * wrapped) / PI;
   color = mix(color, foamLight * thick, white * 0.94);
 
   // Air between.
