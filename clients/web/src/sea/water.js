@@ -78,6 +78,14 @@ float shadow(float t) {
   return t > 1.6 ? 0.0 : (1.0 - 1.259 * t + 0.396 * t * t) / (3.535 * t + 2.181 * t * t);
 }
 
+/** A number between 0 and 1, even and unrelated for every whole number. */
+float dice(vec3 p) {
+  uvec3 q = uvec3(ivec3(floor(p))) * uvec3(1597334673u, 3812015801u, 2798796415u);
+  uint n = (q.x ^ q.y ^ q.z) * 1597334673u;
+  n = (n ^ (n >> 15)) * 2246822519u;
+  return (float(n >> 8) + 0.5) / 16777216.0;
+}
+
 /** Foam's threshold, smeared along a step to either side. */
 float pattern(vec2 at, vec2 along) {
   return (texture(uFoamPattern, at - along).r + texture(uFoamPattern, at).r + texture(uFoamPattern, at + along).r) / 3.0;
@@ -176,6 +184,10 @@ void main() {
   float h2 = halfway.y * halfway.y;
   float glint = (0.02 + 0.98 * pow(1.0 - max(dot(view, halfway), 0.0), 5.0)) * density
     / (4.0 * h2 * h2 * max(facing / normal.y, 0.02) * (1.0 + shadow(max(t, 0.02)) + shadow(uSun.y / (sigma * sqrt(1.0 - uSun.y * uSun.y)))));
+  // Few of the facets below a pixel mirror the sun at once: their number scatters, so glitter sparkles.
+  float scatter = 0.8 * smoothstep(0.08, 0.6, max(length(dx), length(dy)))
+    * inversesqrt(1.0 + 60.0 * glint * abs(dx.x * dy.y - dx.y * dy.x));
+  glint *= mix(1.0, -log(dice(vec3(gl_FragCoord.xy, 30.0 * (slope.x + slope.y)))), scatter);
   float lit = smoothstep(-0.1, 0.15, dot(normal, uSun));
 
   // The body of the water, and light through thin crests.
