@@ -41,12 +41,15 @@ vec3 skyRadiance(vec3 d) {
 }
 
 /**
- * Display value of a radiance. Luminance follows a curve that is linear in the dark and closes in on
- * white as slowly as film does, so that glitter a hundred times brighter than the sea keeps its shape;
- * hue stays, and what the display can't show as bright in that colour goes towards white, no further.
+ * Display value of a radiance, with a white balance that goes some of the way to the sun's. Luminance
+ * follows a curve that is linear in the dark and closes in on white as slowly as film does, so that
+ * glitter a hundred times brighter than the sea keeps its shape. Hue stays; what the display can't
+ * show as bright in that colour goes towards white, no further.
  */
 vec3 develop(vec3 radiance, float exposure) {
-  vec3 c = radiance * exposure;
+  vec3 white = sunIrradiance();
+  white /= dot(white, vec3(0.2126, 0.7152, 0.0722));
+  vec3 c = radiance * exposure * pow(white, vec3(-0.22));
   float l = max(dot(c, vec3(0.2126, 0.7152, 0.0722)), 1e-6);
   float shown = 1.0 - pow(1.0 + l / 0.58, -0.61);
   c *= shown / l;

@@ -206,10 +206,10 @@ void main() {
   float t0 = pattern(vRest / 6.1, uCrestwise * 0.9 / 6.1);
   float t1 = pattern(vRest.yx / 1.9 + 0.37, uCrestwise.yx * 0.28 / 1.9);
   float bubbles = texture(uFoamPattern, vRest / 0.43).r;
-  float threshold = normalTail((0.50 * t0 + 0.34 * t1 + 0.16 * bubbles - 0.5) / 0.12);
+  float threshold = normalTail((0.50 * t0 + 0.34 * t1 + 0.16 * bubbles - 0.5) / 0.114); // even, 0 to 1
   float veil = foam * 6.0 * pow(1.0 - threshold, 5.0);
   float holes = 1.0 - (1.0 - foam) * 6.0 * pow(threshold, 5.0);
-  float blur = smoothstep(0.1, 2.0, footprint);
+  float blur = smoothstep(0.08, 1.2, footprint);
   float white = mix(clamp(mix(veil, holes, smoothstep(0.1, 0.9, foam)), 0.0, 1.0), foam, blur);
   float thick = mix(0.78, 1.0, smoothstep(0.0, 0.6, white)) * (1.0 - 0.25 * (1.0 - blur) * smoothstep(0.4, 0.9, bubbles));
   float wrapped = max(0.25, (dot(normal, uSun) + 0.35) / 1.35); // light wanders between bubbles
