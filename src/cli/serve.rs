@@ -86,7 +86,10 @@ fn begin(arguments: &ServeArguments) -> Result<(Store, Begun)> {
         None => Store::in_memory()?,
     };
     let begun = match (&arguments.scene, arguments.seed, store.begun()?) {
-        (None, None, Some(begun)) => begun,
+        (None, seed, Some(begun)) if seed.is_none_or(|seed| seed == begun.scene.seed) => begun,
+        (None, Some(seed), Some(begun)) => {
+            bail!("seed is {seed}, must be {}: the log in --data began with it", begun.scene.seed)
+        }
         (name, seed, _) => {
             let scene = scene::load(name.as_deref().unwrap_or(scene::DEFAULT_SCENE), seed)?;
             store.begin(&scene, Epoch::begin(Clock::unix_now_ns()))?

@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 use crate::tile::DecodedFrame;
 use crate::wire::{FrameHeader, Hello, TICKS_PER_SECOND, TILE, UnitName};
 
-/// Frames held of one tile: at 60 Hz the server is 8 ahead, and interpolation needs two behind.
-pub const RING: usize = 16;
+/// Frames held of one tile: at 60 Hz the server is 14 ahead, and interpolation needs two behind.
+pub const RING: usize = 20;
 /// Most samples of one moment, all units together: nine channels of three patches of 1024 x 1024 fit.
 pub const MAX_SAMPLES: u64 = 1 << 25;
 

@@ -25,7 +25,7 @@ pub struct Stats {
 
 /// What is printed at the end with `--json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-#[allow(missing_docs)] // The names carry their units; README.md says what each is.
+#[allow(missing_docs)] // The names carry their meaning and units.
 pub struct Report {
     pub server: String,
     pub scene: String,

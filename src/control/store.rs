@@ -39,6 +39,8 @@ pub struct Begun {
     pub scene: Scene,
     /// Every change, in order.
     pub changes: Vec<Change>,
+    /// The tick that was noted last as reached: time must not go on from an earlier one.
+    pub reached_tick: i64,
 }
 
 /// An idempotency key and the request it stands for.
@@ -105,8 +107,14 @@ impl Store {
         let (Some(epoch), Some(scene)) = (meta.get("epoch")?, meta.get("scene")?) else { return Ok(None) };
         let file: SceneFile = parse("scene", scene.value())?;
         let scene = file.check(None).map_err(|error| StoreError::Damaged(format!("scene: {error}")))?;
+        let reached_tick = meta.get("reached")?.map_or(Ok(0), |tick| parse("reached", tick.value()))?;
         let changes = changes(&read, 0, usize::MAX)?;
-        Ok(Some(Begun { epoch: parse("epoch", epoch.value())?, scene, changes }))
+        for change in &changes {
+            let checked = change.kind.check(&scene.sea, scene.wind_range_mps);
+            let kind_ok = checked.and_then(|_| Change::check_ticks(change.effective_tick, change.transition_ticks));
+            kind_ok.map_err(|error| StoreError::Damaged(format!("entry {}: {error}", change.sequence)))?;
+        }
+        Ok(Some(Begun { epoch: parse("epoch", epoch.value())?, scene, changes, reached_tick }))
     }
 
     /// Begins the log with a scene; a log that has begun with the same one is given back as it stands.
@@ -130,6 +138,17 @@ impl Store {
         }
         write.commit()?;
         self.begun()?.ok_or(StoreError::NotBegun)
+    }
+
+    /// Notes that time has come to a tick, so that a calendar that is set back can't make it happen twice.
+    ///
+    /// # Errors
+    /// The database's.
+    pub fn reach(&self, tick: i64) -> Result<(), StoreError> {
+        let write = self.database.begin_write()?;
+        write.open_table(META)?.insert("reached", json(&tick)?.as_slice())?;
+        write.commit()?;
+        Ok(())
     }
 
     /// Appends the next change. Returns when it is on disk. A key that the log knows gives its first answer, and

@@ -19,6 +19,12 @@ impl Clock {
         Self { started: Instant::now(), started_us }
     }
 
+    /// The same clock, at `tick` now if it would read less.
+    pub fn not_before(self, tick: i64) -> Self {
+        let us = i64::try_from(i128::from(tick) * 1_000_000 / i128::from(TICKS_PER_SECOND)).unwrap_or(i64::MAX);
+        Self { started_us: self.started_us.max(us), ..self }
+    }
+
     /// Nanoseconds since 1970.
     pub fn unix_now_ns() -> i64 {
         SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| i64::try_from(d.as_nanos()).unwrap_or(i64::MAX))

@@ -1,6 +1,6 @@
 //! The step thread: waits for the next tick that is due, makes it, and warms foam in the time between.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering::Relaxed, Ordering::SeqCst};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -62,6 +62,8 @@ struct Shared {
     news: Condvar,
     counters: Mutex<Counters>,
     alive: AtomicBool,
+    /// The engine makes no tick from this one on; `i64::MAX` when nothing holds it.
+    hold: AtomicI64,
     /// Counts changes of the inbox, so that the thread looks only when there is something.
     version: AtomicU64,
 }
@@ -99,6 +101,7 @@ impl Engine {
             news: Condvar::new(),
             counters: Mutex::new(counters),
             alive: AtomicBool::new(true),
+            hold: AtomicI64::new(i64::MAX),
             version: AtomicU64::new(0),
         });
         let of_thread = Arc::clone(&shared);
@@ -120,6 +123,12 @@ impl Engine {
         self.tell(|inbox| inbox.demand = Some(demand));
     }
 
+    /// Makes no tick from this one on until told otherwise: frames are then late instead of wrong while a change of
+    /// that tick is being decided. A timeline that was set before the release is in force after it.
+    pub fn hold(&self, tick: Option<i64>) {
+        self.tell(|_| self.shared.hold.store(tick.unwrap_or(i64::MAX), SeqCst));
+    }
+
     /// What has been done so far.
     pub fn counters(&self) -> Counters {
         lock(&self.shared.counters).clone()
@@ -134,8 +143,10 @@ impl Engine {
     pub fn stop(self) {}
 
     fn tell(&self, change: impl FnOnce(&mut Inbox)) {
-        change(&mut lock(&self.shared.inbox));
-        self.shared.version.fetch_add(1, Relaxed);
+        let mut inbox = lock(&self.shared.inbox);
+        change(&mut inbox);
+        // Under the lock, or a thread about to wait would miss it.
+        self.shared.version.fetch_add(1, SeqCst);
         self.shared.news.notify_all();
     }
 }
@@ -171,7 +182,12 @@ struct Loop<'a> {
 
 impl Loop<'_> {
     fn run(mut self) {
-        while self.take_news() {
+        loop {
+            // Read before the news: whoever releases the engine has told it of the new timeline first.
+            let hold = self.shared.hold.load(SeqCst);
+            if !self.take_news() {
+                break;
+            }
             let Some(interval) = self.demand.values().copied().min() else {
                 self.last = None;
                 self.rest(Duration::from_secs(1));
@@ -180,7 +196,10 @@ impl Loop<'_> {
             let lead = lead_ticks(interval_of_rate(RATES_HZ[0]));
             let due = self.clock.now_tick() + lead;
             let (tick, skipped) = next_tick(self.last, due, interval);
-            let done = if tick <= due {
+            let done = if tick >= hold {
+                self.rest(Duration::from_secs(1));
+                Ok(())
+            } else if tick <= due {
                 self.make(tick, skipped, interval)
             } else {
                 self.stepper.warm_foam(tick).map(|worked| {
@@ -224,7 +243,7 @@ impl Loop<'_> {
 
     /// Takes what the engine was told; false to stop.
     fn take_news(&mut self) -> bool {
-        let version = self.shared.version.load(Relaxed);
+        let version = self.shared.version.load(SeqCst);
         if version == self.seen {
             return true;
         }
@@ -243,7 +262,7 @@ impl Loop<'_> {
     /// Waits, at most this long, for news.
     fn rest(&self, at_most: Duration) {
         let inbox = lock(&self.shared.inbox);
-        let no_news = |_: &mut Inbox| self.shared.version.load(Relaxed) == self.seen;
+        let no_news = |_: &mut Inbox| self.shared.version.load(SeqCst) == self.seen;
         // Poisoned or timed out: the loop looks again in any case.
         drop(self.shared.news.wait_timeout_while(inbox, at_most, no_news));
     }

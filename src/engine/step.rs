@@ -49,6 +49,8 @@ pub struct Stepper {
     epoch: u64,
     /// Tick whose sea the backend holds.
     loaded: Option<i64>,
+    /// The newest tick that was run, foam's own included.
+    newest: Option<i64>,
     /// Per cascade; `None` where nobody wants foam.
     foam: Vec<Option<FoamTrack>>,
     transforms: u64,
@@ -63,7 +65,7 @@ impl Stepper {
         let foam = vec![None; timeline.layout().cascades.len()];
         let encoders = rayon::ThreadPoolBuilder::new().thread_name(|i| format!("swellcast-encode-{i}")).build();
         let encoders = encoders.expect("the system gives threads at start");
-        Self { backend, encoders, timeline, epoch, loaded: None, foam, transforms: 0 }
+        Self { backend, encoders, timeline, epoch, loaded: None, newest: None, foam, transforms: 0 }
     }
 
     /// Name of the backend.
@@ -73,7 +75,7 @@ impl Stepper {
 
     /// Takes a timeline that differs from the last one in its future; what it changes of the past is run again.
     pub fn set_timeline(&mut self, timeline: Arc<Timeline>) {
-        if self.loaded.is_some_and(|tick| timeline.sequence_at(tick) != self.timeline.sequence_at(tick)) {
+        if self.newest.is_some_and(|tick| timeline.sequence_at(tick) != self.timeline.sequence_at(tick)) {
             self.foam.iter_mut().flatten().for_each(FoamTrack::forget);
         }
         (self.timeline, self.loaded) = (timeline, None);
@@ -199,6 +201,7 @@ impl Stepper {
             self.backend.load(&self.timeline.at(tick))?;
         }
         self.loaded = Some(tick);
+        self.newest = self.newest.max(Some(tick));
         Ok(())
     }
 }

@@ -80,14 +80,27 @@ impl ChangeKind {
 }
 
 impl Change {
+    /// Checks the ticks of an entry.
+    ///
+    /// # Errors
+    /// [`SceneError::Bound`] for a tick beyond the last or a transition above [`MAX_TRANSITION_TICKS`].
+    pub fn check_ticks(effective_tick: i64, transition_ticks: i64) -> Result<(), SceneError> {
+        if !(0..=MAX_TICK).contains(&effective_tick) {
+            return Err(SceneError::bound("effective_tick", effective_tick, "from 0 to 2^53 - 1"));
+        }
+        if !(0..=MAX_TRANSITION_TICKS).contains(&transition_ticks) {
+            let bound = format!("from 0 to {MAX_TRANSITION_TICKS}");
+            return Err(SceneError::bound("transition_ticks", transition_ticks, bound));
+        }
+        Ok(())
+    }
+
     /// Checks when a change acts.
     ///
     /// # Errors
     /// [`SceneError::Bound`] for a tick beyond the last or a transition above [`MAX_TRANSITION_TICKS`].
     pub fn check_time(effective_tick: i64, transition_s: f64) -> Result<(i64, i64), SceneError> {
-        if !(0..=MAX_TICK).contains(&effective_tick) {
-            return Err(SceneError::bound("effective_tick", effective_tick, "from 0 to 2^53 - 1"));
-        }
+        Self::check_ticks(effective_tick, 0)?;
         let seconds = within("transition_s", transition_s, 0.0, (MAX_TRANSITION_TICKS / TICKS_PER_SECOND) as f64)?;
         Ok((effective_tick, (seconds * TICKS_PER_SECOND as f64).round() as i64))
     }

@@ -10,6 +10,10 @@ use super::{
     Swell, Water, WindSea,
 };
 
+/// Most patches of a layout.
+const MAX_PATCHES: usize = 8;
+/// Most modes of a layout: about half a gigabyte of tables.
+const MAX_MODES: f64 = 5e6;
 /// Largest scene file.
 const MAX_BYTES: usize = 1 << 20;
 
@@ -321,23 +325,33 @@ impl CascadesFile {
             return Err(SceneError::bound("cascades.n", self.n, "a power of two from 16 to 2048"));
         }
         let band_limit = within("cascades.band_limit", self.band_limit, 0.1, 1.0)?;
+        // An automatic layout may need as many patches as one chosen by hand may have.
+        let patches = if self.patches_m.is_empty() { MAX_PATCHES } else { self.patches_m.len() };
+        let modes = patches as f64 * libm::pow(band_limit * self.n as f64 + 1.0, 2.0);
+        if modes > MAX_MODES {
+            let value =
+                format!("{} with band_limit {band_limit} and up to {patches} patches, {modes:.0} modes", self.n);
+            return Err(SceneError::bound("cascades.n", value, format!("small enough for {MAX_MODES:.0} modes")));
+        }
         if self.patches_m.is_empty() {
             let finest_wavelength_m = within("cascades.finest_wavelength_m", self.finest_wavelength_m, 1e-3, 1e4)?;
             return Ok(CascadeRequest::Automatic { n: self.n, band_limit, finest_wavelength_m });
         }
-        if self.patches_m.len() > 8 {
+        if self.patches_m.len() > MAX_PATCHES {
             return Err(SceneError::bound(
                 "cascades.patches_m",
                 format!("{} patches", self.patches_m.len()),
-                "at most 8",
+                format!("at most {MAX_PATCHES}"),
             ));
         }
         let mut patches = Vec::new();
-        let mut longest = 1e5;
+        let (mut shortest, mut longest) = (0.1, 1e5);
         for &length in &self.patches_m {
-            let length_m = within("cascades.patches_m", length, 0.1, longest)?;
-            // A shorter patch must hold shorter waves than the one before: at least two modes of its band.
+            let length_m = within("cascades.patches_m", length, shortest, longest)?;
+            // A shorter patch must hold shorter waves than the one before, and begin where that one ends: its first
+            // mode must not lie beyond the other's band.
             longest = length_m * 0.75;
+            shortest = (length_m * 2.0 / (band_limit * self.n as f64)).max(0.1);
             patches.push(Patch { length_m, n: self.n });
         }
         Ok(CascadeRequest::Chosen { patches, band_limit })

@@ -33,7 +33,7 @@ impl Foam {
     /// [`SceneError::Bound`] when the memory would outlast [`Self::MAX_MEMORY_STEPS`] or a number is out of bounds.
     pub fn check(self) -> Result<Self, SceneError> {
         Ok(Self {
-            decay_s: within("effects.foam_decay_s", self.decay_s, 0.1, 3.2)?,
+            decay_s: within("effects.foam_decay_s", self.decay_s, 0.1, 3.15)?,
             gain: within("effects.foam_gain", self.gain, 0.0, 10.0)?,
         })
     }

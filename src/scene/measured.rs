@@ -74,7 +74,7 @@ impl MeasuredSpectrum {
     }
 
     /// Zeroth moment, m^2: the sum of S df, where a bin reaches half-way to its neighbours (and as far outward at
-    /// the ends).
+    /// the ends, but not below a quarter of the first frequency).
     pub fn m0(&self) -> f64 {
         (0..self.bins.len()).map(|i| self.bins[i].density * self.width_hz(i)).sum()
     }
@@ -87,7 +87,7 @@ impl MeasuredSpectrum {
     fn width_hz(&self, i: usize) -> f64 {
         let f = |i: usize| self.bins[i].frequency_hz;
         let last = self.bins.len() - 1;
-        let below = if i > 0 { f(i) - f(i - 1) } else { f(1) - f(0) };
+        let below = if i > 0 { f(i) - f(i - 1) } else { (f(1) - f(0)).min(0.5 * f(0)) };
         let above = if i < last { f(i + 1) - f(i) } else { f(last) - f(last - 1) };
         0.5 * (below + above)
     }

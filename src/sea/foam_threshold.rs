@@ -17,7 +17,7 @@ const NEVER: f64 = -1e6;
 /// The threshold of each cascade for a sea state.
 ///
 /// Wanted coverage is 3.84e-6 U10^3.41 (Monahan & O'Muircheartaigh 1980, eq. 5); the Jacobian of each cascade is taken
-/// as normal, 1 - lambda (k-weighted height), with variance lambda^2 times its mean square slope. All cascades with
+/// as normal, 1 - lambda (k-weighted height), with the variance of its horizontal stretch. All cascades with
 /// waves long enough share one threshold. Without wind only folded water foams.
 pub fn foam_thresholds(
     state: &SeaState,
@@ -29,9 +29,9 @@ pub fn foam_thresholds(
     let wind = state.wind.map_or(0.0, |wind| wind.speed_mps);
     let wanted = (foam.gain * 3.84e-6 * libm::pow(wind, 3.41)).min(1.0) / PERSISTENCE;
     let foams = |cascade: &Cascade| cascade.longest_m() >= SHORTEST_WHITECAP_M;
-    let deviations: Vec<f64> = (layout.cascades.iter().zip(&table.mean_square_slope))
-        .filter(|(cascade, mss)| foams(cascade) && **mss > 0.0)
-        .map(|(_, mss)| choppiness * libm::sqrt(*mss))
+    let deviations: Vec<f64> = (layout.cascades.iter().zip(&table.stretch_variance))
+        .filter(|(cascade, variance)| foams(cascade) && **variance > 0.0)
+        .map(|(_, variance)| choppiness * libm::sqrt(*variance))
         .collect();
     let breaking = |threshold: f64| -> f64 {
         deviations.iter().map(|d| 0.5 * libm::erfc((1.0 - threshold) / (d * std::f64::consts::SQRT_2))).sum()

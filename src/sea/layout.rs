@@ -12,8 +12,10 @@ const PEAKS_PER_PATCH: f64 = 16.0;
 const MAX_RATIO: f64 = 7.0;
 /// Waves this much shorter than the calmest sea's peak hold under 0.5 % of its energy.
 const PEAK_TO_FINEST: f64 = 9.0;
-/// Automatic layouts go no finer than this, metres.
+/// The calmest wind makes an automatic layout no finer than this, metres; only a wish for finer waves does.
 const FINEST_M: f64 = 0.05;
+/// Winds below this, m/s, raise nothing that an automatic layout must hold: Hs of 2 mm.
+const LEAST_WIND: f64 = 0.3;
 /// Neighbouring bands overlap from this share of the edge up to the edge, and add to one in energy all the way.
 const OVERLAP: f64 = 0.9;
 /// Most cascades of a layout.
@@ -54,7 +56,7 @@ impl Cascade {
 
     /// Longest wavelength that it holds, metres.
     pub fn longest_m(&self) -> f64 {
-        if self.from_k == 0.0 { self.patch_m } else { 2.0 * PI / (OVERLAP * self.from_k) }
+        if self.from_k == 0.0 { self.patch_m } else { (2.0 * PI / (OVERLAP * self.from_k)).min(self.patch_m) }
     }
 
     /// Shortest wavelength that it holds, metres.
@@ -123,7 +125,10 @@ fn automatic(scene: &Scene, n: usize, band_limit: f64, wanted_m: f64) -> Vec<Pat
     // The calmest wind needs the finest waves, unless another system carries the energy anyway.
     let calmest = scene.sea.wind.zip(scene.wind_range_mps).filter(|_| scene.sea.swells.is_empty());
     let calm_peak = calmest.and_then(|(wind, [low, _])| {
-        let calm = Jonswap::of_wind(&crate::scene::WindSea { speed_mps: low, ..wind }, scene.sea.water.gravity)?;
+        let calm = Jonswap::of_wind(
+            &crate::scene::WindSea { speed_mps: low.max(LEAST_WIND), ..wind },
+            scene.sea.water.gravity,
+        )?;
         Some(2.0 * PI / strongest.dispersion().wavenumber(calm.peak()))
     });
     let finest = calm_peak.map_or(wanted_m, |peak| wanted_m.min(peak / PEAK_TO_FINEST)).max(FINEST_M.min(wanted_m));

@@ -97,10 +97,24 @@ impl Spectrum {
 
     /// Longest wavelength that matters, metres: the longest peak of any system; `None` for a flat sea.
     pub fn longest_peak_m(&self) -> Option<f64> {
+        self.lowest_peak().map(|peak| 2.0 * PI / self.dispersion.wavenumber(peak))
+    }
+
+    /// Longest peak period of any system but a measured one, seconds.
+    pub fn longest_period_s(&self) -> Option<f64> {
+        self.lowest_peak().map(|peak| 2.0 * PI / peak)
+    }
+
+    /// Frequencies of a measured record whose directions were changed, and those that have none.
+    pub fn measured_faults(&self) -> (usize, usize) {
+        self.measured.as_ref().map_or((0, 0), |measured| (measured.infeasible(), measured.missing()))
+    }
+
+    fn lowest_peak(&self) -> Option<f64> {
         let wind = self.wind.iter().map(|(_, jonswap)| jonswap.peak());
         let swells = self.swells.iter().map(|(jonswap, ..)| jonswap.peak());
         let lowest = wind.chain(swells).fold(f64::INFINITY, f64::min);
-        lowest.is_finite().then(|| 2.0 * PI / self.dispersion.wavenumber(lowest))
+        lowest.is_finite().then_some(lowest)
     }
 
     /// Highest wavenumber that holds energy, rad/m, where there is one (a measured record ends; the others don't).

@@ -1,8 +1,9 @@
-//! Energy of every mode of every cascade for one sea state, and how wide its orbits are.
+//! Energy of every mode of every cascade for one sea state.
 
 use rayon::prelude::*;
 
 use super::cell::Cell;
+use super::dispersion::Dispersion;
 use super::layout::{Cascade, Layout};
 use super::spectrum::Spectrum;
 use crate::scene::SeaState;
@@ -15,8 +16,8 @@ const SPLITS: [(i32, u32); 3] = [(3, 6), (8, 3), (20, 2)];
 pub struct EnergyTable {
     /// E of each cell, m^2, per cascade.
     pub energy: Vec<Vec<f64>>,
-    /// Mean square slope of each cascade: sum of k^2 E.
-    pub mean_square_slope: Vec<f64>,
+    /// Variance of each cascade's horizontal stretch at choppiness 1: sum of k^2 E times the depth widening squared.
+    pub stretch_variance: Vec<f64>,
     /// m0 of the spectrum that was wanted, m^2.
     pub wanted_m0: f64,
 }
@@ -26,8 +27,9 @@ impl EnergyTable {
     pub fn build(state: &SeaState, layout: &Layout) -> Self {
         let spectrum = Spectrum::new(state);
         let energy: Vec<_> = layout.cascades.iter().map(|cascade| cascade_energy(&spectrum, cascade)).collect();
-        let mean_square_slope = layout.cascades.iter().zip(&energy).map(|(c, e)| mean_square_slope(c, e)).collect();
-        Self { energy, mean_square_slope, wanted_m0: spectrum.m0() }
+        let stretch = |(c, e): (&Cascade, &Vec<f64>)| stretch_variance(spectrum.dispersion(), c, e);
+        let stretch_variance = layout.cascades.iter().zip(&energy).map(stretch).collect();
+        Self { energy, stretch_variance, wanted_m0: spectrum.m0() }
     }
 
     /// m0 that the modes hold, m^2.
@@ -61,11 +63,12 @@ fn cascade_energy(spectrum: &Spectrum, cascade: &Cascade) -> Vec<f64> {
     energy
 }
 
-fn mean_square_slope(cascade: &Cascade, energy: &[f64]) -> f64 {
+fn stretch_variance(dispersion: &Dispersion, cascade: &Cascade, energy: &[f64]) -> f64 {
     let side = 2 * cascade.half + 1;
-    let squared = |i: usize| {
+    let stretch = |i: usize| {
         let (n, m) = ((i % side) as f64 - cascade.half as f64, (i / side) as f64 - cascade.half as f64);
-        (n * n + m * m) * cascade.dk() * cascade.dk()
+        let k = libm::hypot(n, m) * cascade.dk();
+        if k == 0.0 { 0.0 } else { k * dispersion.depth_widening(k) }
     };
-    energy.iter().enumerate().map(|(i, e)| squared(i) * e).sum()
+    energy.iter().enumerate().map(|(i, e)| stretch(i) * stretch(i) * e).sum()
 }

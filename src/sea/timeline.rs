@@ -14,6 +14,7 @@ use super::foam_threshold::foam_thresholds;
 use super::layout::Layout;
 use super::modes::{CascadeModes, Mode, Sea};
 use super::phase::{cycles_per_repeat, turn_of_tick};
+use super::spectrum::Spectrum;
 use super::table::EnergyTable;
 use crate::scene::{Change, Foam, Scene, SeaState};
 
@@ -65,7 +66,8 @@ impl Timeline {
         Self::replay(scene, &[], 0)
     }
 
-    /// A scene and its log. Only what matters from shortly before `now` is integrated; the rest when it is asked for.
+    /// A scene and its log, for ticks from shortly before `now` on (as far back as foam remembers): what was over by
+    /// then is folded into one state and forgotten.
     pub fn replay(scene: &Scene, changes: &[Change], now: i64) -> Self {
         let layout = Layout::of(scene);
         let draw = Draw::new(scene.seed, &layout);
@@ -80,10 +82,29 @@ impl Timeline {
             timeline.insert(*change);
         }
         timeline.prepare(now);
+        timeline.warn();
         timeline
     }
 
-    /// The timeline with one more change.
+    /// Says what of the scene an operator would not expect.
+    fn warn(&self) {
+        let spectrum = Spectrum::new(&self.scene.sea);
+        let seconds = self.scene.repeat.ticks as f64 / 7200.0;
+        if let Some(period) = spectrum.longest_period_s().filter(|period| seconds < 20.0 * period) {
+            tracing::warn!(
+                "the loop of {seconds} s is under 20 peak periods of {period:.1} s: wave speeds are rounded"
+            );
+        }
+        let (infeasible, missing) = spectrum.measured_faults();
+        if infeasible + missing > 0 {
+            tracing::warn!(
+                "the record has {infeasible} frequencies whose directions no sea can have, changed to the nearest, and \
+                 {missing} without directions, spread evenly"
+            );
+        }
+    }
+
+    /// The timeline with one more change, for ticks from shortly before `now` on.
     pub fn with(&self, change: Change, now: i64) -> Self {
         let mut next = self.clone();
         next.insert(change);
@@ -212,17 +233,18 @@ impl Timeline {
     /// How modes turn during a stage. Offsets are a fold over all changes of the water before it.
     fn rotation(&self, index: usize) -> Arc<Rotation> {
         let known = (0..=index).rev().find(|i| self.stages[*i].rotation.get().is_some());
-        let mut before: Option<Arc<Rotation>> = known.and_then(|i| self.stages[i].rotation.get().cloned());
+        let mut folded: Option<Arc<Rotation>> = known.and_then(|i| self.stages[i].rotation.get().cloned());
         for i in known.map_or(0, |i| i + 1)..=index {
             let stage = &self.stages[i];
             let same_water = i > 0 && self.stages[i - 1].state.water == stage.state.water;
-            let next = match before {
+            folded = Some(match folded {
                 Some(before) if same_water => before,
                 before => Arc::new(self.rotate(stage, before.as_deref())),
-            };
-            before = Some(Arc::clone(stage.rotation.get_or_init(|| next)));
+            });
         }
-        before.expect("the loop reaches `index`, or it was known")
+        // Kept for this stage alone: those in between may be many, and are asked for seldom.
+        let folded = folded.expect("the loop reaches `index`, or it was known");
+        Arc::clone(self.stages[index].rotation.get_or_init(|| folded))
     }
 
     fn rotate(&self, stage: &Stage, before: Option<&Rotation>) -> Rotation {
@@ -279,15 +301,22 @@ impl Timeline {
         }
     }
 
-    /// Builds what frames from `now` on need, and lets go of what none of them can.
+    /// Builds what frames from `now` on need, and lets go of what none of them can: a log of years is one stage and
+    /// the few that may still be seen.
     fn prepare(&mut self, now: i64) {
         let oldest = self.weights(now.saturating_sub(KEEP_TICKS)).last().map_or(0, |(index, _)| *index);
-        // Offsets are folded from the first stage: walk once, before letting go.
-        self.rotation(self.stages.len() - 1);
-        for stage in &mut self.stages[..oldest] {
-            stage.energy = OnceLock::new();
-            stage.rotation = OnceLock::new();
-        }
+        // Offsets are folded from the first stage.
+        let rotation = self.rotation(oldest);
+        let sequence = self.stages[..=oldest].iter().map(|stage| stage.sequence).max().unwrap_or(0);
+        let base = Stage {
+            sequence,
+            effective_tick: i64::MIN,
+            transition_ticks: 0,
+            change: None,
+            rotation: OnceLock::from(rotation),
+            ..self.stages[oldest].clone()
+        };
+        self.stages.splice(..=oldest, [base]);
         let first = self.weights(now).last().map_or(0, |(index, _)| *index);
         for index in first..self.stages.len() {
             self.energy(index);

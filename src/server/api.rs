@@ -87,11 +87,11 @@ async fn scene(State(ocean): Served, name: Name) -> Result<Response, Problem> {
         "epoch": ocean.epoch.to_string(),
         "sequence": current.sequence,
         "layout": hello::layout(current.timeline.layout()),
-        "hs_m": status.hs_m,
         "state": {
             "tick": status.tick,
             "sequence": status.sequence,
             "hs_m": status.hs_m,
+            "wanted_hs_m": current.timeline.wanted_hs_at(status.tick),
             "wind": status.wind,
             "wind_range_mps": status.wind_range_mps,
             "depth_m": status.depth_m,

@@ -51,6 +51,7 @@ pub async fn run(listener: TcpListener, ocean: Arc<Ocean>, shutdown: impl Future
     }
     drop(listener);
     ocean.bulletin.close();
+    ocean.settle().await;
     if timeout(ocean.settings.farewell, ocean.seats.empty()).await.is_err() {
         tracing::warn!(connections = ocean.seats.taken(), "some connections did not end in time");
     }
@@ -65,6 +66,7 @@ async fn count_seconds(ocean: &Arc<Ocean>) {
         seconds.tick().await;
         ocean.bulletin.beat();
         ocean.refresh_status().await;
+        ocean.note_time().await;
     }
 }
 

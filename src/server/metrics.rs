@@ -51,6 +51,10 @@ pub fn page(ocean: &Ocean) -> String {
     put("frames_sent_total", "counter", "Frames handed to clients' sockets.", "", count(&counts.frames_sent));
     put("frame_bytes_sent_total", "counter", "Bytes of those frames.", "", count(&counts.bytes_sent));
     put("client_jumps_total", "counter", "Clients moved to the newest frames.", "", count(&counts.jumps));
+    let (status, timeline) = (ocean.status(), ocean.current().timeline);
+    put("hs_metres", "gauge", "Significant wave height of the modes.", "", status.hs_m);
+    let wanted = timeline.wanted_hs_at(status.tick);
+    put("wanted_hs_metres", "gauge", "The same of the spectrum asked for, resolved or not.", "", wanted);
     put("ring_bytes", "gauge", "Bytes of frames held for clients.", "", ocean.ring.bytes() as f64);
     put("live_units", "gauge", "Units encoded now.", "", ocean.live_units() as f64);
     put("engine_alive", "gauge", "1 while the engine's thread lives.", "", f64::from(u8::from(ocean.is_ready())));

@@ -16,7 +16,10 @@ use super::subscriptions::Subscriptions;
 use crate::control::{Begun, Epoch, Store};
 use crate::engine::{Clock, Counters, Demand, Engine};
 use crate::sea::Timeline;
-use crate::wire::{Hello, Status, UnitName};
+use crate::wire::{Hello, Status, TICKS_PER_SECOND, UnitName};
+
+/// How often the time that was reached is noted, ticks: 5 s.
+const NOTE_EVERY: i64 = 5 * TICKS_PER_SECOND;
 
 /// A sea under way: its log, its timeline, the engine that makes its frames and the ring that holds them.
 pub struct Ocean {
@@ -35,6 +38,8 @@ pub struct Ocean {
     engine: Engine,
     wishes: Mutex<Wishes>,
     clients: AtomicUsize,
+    /// The tick that was noted last.
+    noted: Arc<tokio::sync::Mutex<i64>>,
     next_client: AtomicU64,
 }
 
@@ -59,12 +64,27 @@ pub struct Client {
     id: u64,
 }
 
+/// While it lives, the engine waits before a tick.
+pub struct Held {
+    ocean: Arc<Ocean>,
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        self.ocean.engine.hold(None);
+    }
+}
+
 impl Ocean {
     /// Sets a sea under way, as its log left it. Integrates spectra: takes a tenth of a second, and more for a
     /// large scene.
     pub fn start(store: Store, begun: Begun, settings: Settings) -> Arc<Self> {
-        let Begun { epoch, scene, changes } = begun;
-        let clock = Clock::start(epoch.unix_ns);
+        let Begun { epoch, scene, changes, reached_tick } = begun;
+        let mut clock = Clock::start(epoch.unix_ns);
+        if clock.now_tick() < reached_tick {
+            tracing::warn!(reached_tick, "the calendar was set back; the sea goes on from where it was");
+            clock = clock.not_before(reached_tick.saturating_add(NOTE_EVERY).saturating_add(hello::lead()));
+        }
         let (tick, started) = (clock.now_tick(), clock.now_us());
         let timeline = Arc::new(Timeline::replay(&scene, &changes, tick));
         let build_us = clock.now_us() - started;
@@ -95,6 +115,7 @@ impl Ocean {
             status: RwLock::new(status),
             engine,
             clients: AtomicUsize::new(0),
+            noted: Arc::new(tokio::sync::Mutex::new(i64::MIN)),
             next_client: AtomicU64::new(1),
         })
     }
@@ -144,14 +165,49 @@ impl Ocean {
     pub async fn refresh_status(self: &Arc<Self>) {
         let ocean = Arc::clone(self);
         let compose = move || {
+            // Composed and posted under one lock, so that none overtakes a newer one.
+            let mut posted = ocean.status.write().unwrap_or_else(PoisonError::into_inner);
             let timeline = ocean.current().timeline;
             let status = hello::status(&timeline, &ocean.counters(), ocean.tick(), ocean.clients());
-            ocean.status.write().unwrap_or_else(PoisonError::into_inner).clone_from(&status);
+            posted.clone_from(&status);
             ocean.bulletin.post_status(status);
         };
         if let Err(error) = spawn_blocking(compose).await {
             tracing::error!(%error, "status");
         }
+    }
+
+    /// Keeps the engine from making `tick` and later ones until the answer is dropped.
+    pub(super) fn hold(self: &Arc<Self>, tick: i64) -> Held {
+        self.engine.hold(Some(tick));
+        Held { ocean: Arc::clone(self) }
+    }
+
+    /// Notes, every few seconds, how far time has come.
+    pub(super) async fn note_time(self: &Arc<Self>) {
+        let mut noted = Arc::clone(&self.noted).lock_owned().await;
+        let tick = self.tick();
+        if (*noted..noted.saturating_add(NOTE_EVERY)).contains(&tick) {
+            return;
+        }
+        let store = Arc::clone(&self.store);
+        let note = move || {
+            if let Err(error) = store.reach(tick) {
+                tracing::error!(%error, "noting the time");
+            }
+            *noted = tick;
+            // The store first: whoever waits for the lock may open it again.
+            drop(store);
+            drop(noted);
+        };
+        if let Err(error) = spawn_blocking(note).await {
+            tracing::error!(%error, "noting the time");
+        }
+    }
+
+    /// Waits until nothing is being noted.
+    pub(super) async fn settle(&self) {
+        drop(self.noted.lock().await);
     }
 
     /// Puts a new timeline in force. The caller holds the gate and has written the log.

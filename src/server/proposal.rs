@@ -7,15 +7,17 @@ use serde::Serialize;
 use tokio::task::spawn_blocking;
 
 use super::hello::lead;
-use super::ocean::{Current, Ocean};
+use super::ocean::{Current, Held, Ocean};
 use super::problem::Problem;
 use crate::control::{Answer, Key, StoreError};
 use crate::scene::{Change, ChangeKind};
 use crate::sea::{MAX_OVERLAPPING, Timeline};
 use crate::wire::{TICKS_PER_SECOND, WireChange, WireChangeKind};
 
-/// Between the check of the tick and the engine's knowing of the change: the disk's time, 100 ms.
+/// Between the first frames that a change can act on and its acceptance: room for the disk, 100 ms.
 const MARGIN: i64 = TICKS_PER_SECOND / 10;
+/// How long before it acts a change can be announced: a day. Further out, a slip of the hand would be for ever.
+const FARTHEST: i64 = 86_400 * TICKS_PER_SECOND;
 /// Most changes that are accepted and not yet over; each holds a spectrum.
 const MAX_OPEN: usize = 64;
 /// Changes that may come at once, and how fast that allowance grows back.
@@ -77,7 +79,7 @@ impl Gate {
 
     fn expect(&mut self, build_us: i64) {
         // Half as long again as last time.
-        self.build = (build_us.saturating_mul(TICKS_PER_SECOND) / 1_000_000 * 3 / 2).clamp(36, 10 * TICKS_PER_SECOND);
+        self.build = (build_us.saturating_mul(TICKS_PER_SECOND) / 1_000_000 * 3 / 2).clamp(36, 60 * TICKS_PER_SECOND);
     }
 
     fn admit(&mut self, tick: i64) -> Result<(), Problem> {
@@ -134,18 +136,16 @@ impl Ocean {
                 .allowed(format!("\"{sequence}\"")));
         }
         gate.forget(self.tick());
-        // Checked before the allowance is touched: a refusal costs nothing.
+        // Checked before the allowance is touched: such a refusal costs nothing.
         self.time_of(&proposal, arrived, gate.build)?;
         gate.admit(self.tick())?;
-        let (change, next) = self.build(&proposal, kind, sequence + 1, arrived, &timeline, &mut gate).await?;
+        let (change, next, held) = self.build(&proposal, kind, sequence + 1, arrived, &timeline, &mut gate).await?;
         let (store, written) = (Arc::clone(&self.store), key);
         let answer =
             spawn_blocking(move || store.append(&change, written.as_ref())).await.map_err(|e| failed(&e))??;
         self.adopt(Current { sequence: change.sequence, timeline: next });
+        drop(held);
         gate.open.push(change);
-        if self.tick() + lead() > change.effective_tick {
-            tracing::warn!(sequence = change.sequence, "the disk was slow: frames after the change were already sent");
-        }
         self.bulletin.post_change(told(&change));
         Ok(answer)
     }
@@ -159,14 +159,14 @@ impl Ocean {
 
     /// Builds the timeline with the change, at a tick that is still to come when it is built.
     async fn build(
-        &self,
+        self: &Arc<Self>,
         proposal: &Proposal,
         kind: ChangeKind,
         sequence: u64,
         arrived: i64,
         timeline: &Arc<Timeline>,
         gate: &mut Gate,
-    ) -> Result<(Change, Arc<Timeline>), Problem> {
+    ) -> Result<(Change, Arc<Timeline>, Held), Problem> {
         for _ in 0..ATTEMPTS {
             let (effective_tick, transition_ticks) = self.time_of(proposal, arrived, gate.build)?;
             let change = Change { sequence, effective_tick, transition_ticks, kind };
@@ -175,8 +175,10 @@ impl Ocean {
             let next = built.map_err(|error| failed(&error))?;
             gate.expect(self.clock.now_us() - started);
             crowd(&next, gate.open.iter().chain([&change]))?;
+            // From here on the engine makes no tick that the change would alter, however long the disk takes.
+            let held = self.hold(effective_tick);
             if effective_tick >= self.tick() + lead() + MARGIN {
-                return Ok((change, next));
+                return Ok((change, next, held));
             }
         }
         let detail = format!("building the change took too long {ATTEMPTS} times");
@@ -196,6 +198,15 @@ impl Ocean {
             }
         };
         let time = Change::check_time(tick, proposal.transition_s)?;
+        let latest = earliest.saturating_add(FARTHEST);
+        if tick > latest {
+            let detail = format!("the change would act at tick {tick}; the latest it can be announced for is {latest}");
+            let title = "Too far ahead: a change can be announced a day before it acts";
+            return Err(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, "too-far", title, detail)
+                .at(field)
+                .found(value.unwrap_or_default())
+                .allowed(latest));
+        }
         if tick >= earliest {
             return Ok(time);
         }

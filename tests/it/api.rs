@@ -145,7 +145,7 @@ async fn an_accepted_change_is_in_the_log_and_in_force() {
     assert_eq!(scene["state"]["wind"]["speed_mps"], 12.5);
     assert_eq!(scene["scene"]["wind"]["speed_mps"], 8.0, "the scene itself is what the log began with");
     assert_eq!(scene["layout"]["cascades"].as_array().unwrap().len(), 1);
-    assert!(scene["hs_m"].as_f64().unwrap() > 0.0);
+    assert!(scene["state"]["hs_m"].as_f64() > Some(0.0));
     served.stop().await;
 }
 

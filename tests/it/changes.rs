@@ -96,11 +96,16 @@ fn the_order_in_which_changes_were_accepted_does_not_matter_to_the_sea() {
     let early = depth(2, 10 * SECOND, Some(15.0));
     let last = depth(3, 60 * SECOND, None);
     let one_by_one = Timeline::new(&scene).with(late, 0).with(early, 0).with(last, 0);
-    let replayed = Timeline::replay(&scene, &[early, late, last], 100 * SECOND);
-    for second in [0, 9, 10, 41, 50, 61, 1000] {
-        let tick = second * SECOND;
-        assert!(one_by_one.at(tick) == replayed.at(tick), "the seas differ after {second} s");
-        assert_eq!(one_by_one.state_at(tick), replayed.state_at(tick));
+    // The second has folded into one what was over long before it began.
+    let replayed =
+        [(0, 0), (200, 171)].map(|(now, from)| (Timeline::replay(&scene, &[early, late, last], now * SECOND), from));
+    for (replayed, from) in replayed {
+        for second in [0, 9, 10, 41, 50, 61, 171, 1000].into_iter().filter(|second| *second >= from) {
+            let tick = second * SECOND;
+            assert!(one_by_one.at(tick) == replayed.at(tick), "the seas differ after {second} s");
+            assert_eq!(one_by_one.state_at(tick), replayed.state_at(tick));
+            assert_eq!(one_by_one.sequence_at(tick), replayed.sequence_at(tick));
+        }
     }
 }
 

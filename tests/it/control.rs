@@ -6,13 +6,13 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use swellcast::control::{Answer, Epoch, Key, Store, StoreError};
-use swellcast::scene::{Change, ChangeKind, preset};
+use swellcast::scene::{Change, ChangeKind, Scene, SeaState, preset};
 
 fn change(sequence: u64) -> Change {
     let kind = match sequence % 3 {
         0 => ChangeKind::Water { depth_m: None },
         1 => ChangeKind::Water { depth_m: Some(0.1 + sequence as f64 / 3.0) },
-        _ => ChangeKind::Wind { speed_mps: 1.0 / 3.0, direction_from_deg: 359.9 },
+        _ => ChangeKind::Wind { speed_mps: 16.0 / 3.0, direction_from_deg: 359.9 },
     };
     Change { sequence, effective_tick: 7200 * sequence as i64, transition_ticks: 3600, kind }
 }
@@ -21,10 +21,16 @@ fn key(id: &str, request: &str) -> Key {
     Key { id: id.to_owned(), request: request.to_owned() }
 }
 
+/// A scene with everything that a file can hold.
+fn measured_and_windy() -> Scene {
+    let (windy, measured) = (preset("beaufort-3").unwrap(), preset("ndbc-41010").unwrap());
+    Scene { sea: SeaState { measured: measured.sea.measured, ..windy.sea.clone() }, ..windy }
+}
+
 /// A log in `folder` with `n` changes.
 fn written(folder: &Path, n: u64) -> Store {
     let store = Store::open(folder).unwrap();
-    store.begin(&preset("ndbc-41010").unwrap(), Epoch { id: 7, unix_ns: 1_700_000_000_123_456_789 }).unwrap();
+    store.begin(&measured_and_windy(), Epoch { id: 7, unix_ns: 1_700_000_000_123_456_789 }).unwrap();
     for sequence in 1..=n {
         store.append(&change(sequence), None).unwrap();
     }
@@ -38,7 +44,7 @@ fn a_log_that_is_opened_again_holds_the_same() {
     let store = Store::open(folder.path()).unwrap();
     let after = store.begun().unwrap().unwrap();
     assert_eq!(before, after);
-    assert_eq!(after.scene, preset("ndbc-41010").unwrap(), "to the last bit of every number");
+    assert_eq!(after.scene, measured_and_windy(), "to the last bit of every number");
     assert_eq!(after.changes, (1..=10).map(change).collect::<Vec<_>>());
     let again = store.begin(&after.scene, Epoch::begin(5)).unwrap();
     assert_eq!(again, after, "the epoch of the first start stands");
@@ -50,7 +56,7 @@ fn a_log_that_is_opened_again_holds_the_same() {
 fn the_log_of_another_scene_is_not_taken_for_this_one() {
     let folder = tempfile::tempdir().unwrap();
     let store = written(folder.path(), 1);
-    let mut other = preset("ndbc-41010").unwrap();
+    let mut other = measured_and_windy();
     other.seed += 1;
     let error = store.begin(&other, Epoch::begin(0)).unwrap_err();
     assert!(error.to_string().contains("to start afresh"), "{error}");
@@ -161,4 +167,23 @@ fn killed_at_any_moment_the_log_keeps_what_it_acknowledged() {
         assert_eq!(kept, (1..=kept.len() as u64).map(change).collect::<Vec<_>>());
     }
     assert!(acknowledged >= 25);
+}
+
+#[test]
+fn time_that_was_reached_is_remembered() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = written(folder.path(), 1);
+    assert_eq!(store.begun().unwrap().unwrap().reached_tick, 0);
+    store.reach(4711).unwrap();
+    drop(store);
+    assert_eq!(Store::open(folder.path()).unwrap().begun().unwrap().unwrap().reached_tick, 4711);
+}
+
+#[test]
+fn an_entry_that_no_server_would_have_accepted_is_damage() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = written(folder.path(), 2);
+    let kind = ChangeKind::Water { depth_m: Some(-1.0) };
+    store.append(&Change { sequence: 3, effective_tick: 1, transition_ticks: 0, kind }, None).unwrap();
+    assert!(store.begun().unwrap_err().to_string().contains("entry 3"));
 }

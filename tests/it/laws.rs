@@ -154,3 +154,19 @@ fn a_measured_sea_keeps_the_directions_of_its_record() {
         close(total * 2.0 * PI / f64::from(steps) * 2.0 * PI, bin.density, 0.01);
     }
 }
+
+#[test]
+fn a_layout_holds_the_sea_over_the_whole_wind_range_it_declares() {
+    for (name, _) in PRESETS {
+        let scene = preset(name).unwrap();
+        let Some([low, high]) = scene.wind_range_mps else { continue };
+        // Below 1 m/s a sea is under 4 cm high; what is missing of that is told beside it.
+        for speed in [low.max(1.0), high] {
+            let mut blown = scene.clone();
+            blown.sea.wind.as_mut().unwrap().speed_mps = speed;
+            let timeline = Timeline::new(&blown);
+            assert_eq!(timeline.layout(), Timeline::new(&scene).layout(), "the wind changes no layout");
+            close(timeline.hs_at(0), timeline.wanted_hs_at(0), 0.012);
+        }
+    }
+}

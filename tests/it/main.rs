@@ -5,6 +5,7 @@ mod changes;
 mod client;
 mod control;
 mod cpu;
+mod engine;
 mod frames;
 mod hostile;
 mod laws;

@@ -4,7 +4,8 @@
 // time are joined by the Lagrange cubic through them, fewer at the edges. Never beyond the last
 // frame: it is held, and counted as starved.
 
-export const RING_SLOTS = 8;
+/** At 60 Hz the server is 14 frames ahead, and a curve needs two behind. */
+export const RING_SLOTS = 20;
 
 /** How far apart frames may lie and still be joined by a curve, in intervals. */
 const MAX_GAP = 3;
