@@ -213,7 +213,7 @@ impl SceneFile {
         let sea = SeaState {
             water: self.water.check()?,
             wind: self.wind.as_ref().map(WindFile::check).transpose()?,
-            swells: self.swell.iter().map(SwellFile::check).collect::<Result<_, _>>()?,
+            swells: self.swell.iter().enumerate().map(|(i, swell)| swell.check(i)).collect::<Result<_, _>>()?,
             measured: self.measured.as_ref().map(|m| m.check(base)).transpose()?,
         };
         Ok(Scene {
@@ -269,13 +269,14 @@ impl WindFile {
 }
 
 impl SwellFile {
-    fn check(&self) -> Result<Swell, SceneError> {
+    fn check(&self, index: usize) -> Result<Swell, SceneError> {
+        let field = |name: &str| format!("swell[{index}].{name}");
         Ok(Swell {
-            hs_m: within("swell.hs_m", self.hs_m, 0.0, 30.0)?,
-            tp_s: within("swell.tp_s", self.tp_s, 0.5, 30.0)?,
-            direction_from_deg: WindSea::check_direction("swell.direction_from_deg", self.direction_from_deg)?,
-            gamma: within("swell.gamma", self.gamma, 1.0, 20.0)?,
-            spread_s: within("swell.spread_s", self.spread_s, 0.0, 1000.0)?,
+            hs_m: within(&field("hs_m"), self.hs_m, 0.0, 30.0)?,
+            tp_s: within(&field("tp_s"), self.tp_s, 0.5, 30.0)?,
+            direction_from_deg: WindSea::check_direction(&field("direction_from_deg"), self.direction_from_deg)?,
+            gamma: within(&field("gamma"), self.gamma, 1.0, 20.0)?,
+            spread_s: within(&field("spread_s"), self.spread_s, 0.0, 1000.0)?,
         })
     }
 }

@@ -47,22 +47,22 @@ impl MeasuredSpectrum {
             return Err(SceneError::bound("measured.bins", bins.len(), bound));
         }
         let mut last = 0.0;
-        for bin in &bins {
-            let frequency = within("measured.frequency_hz", bin.frequency_hz, 1e-4, 100.0)?;
+        for (i, bin) in bins.iter().enumerate() {
+            let check = |name: &str, value: f64, low: f64, high: f64| {
+                within(&format!("measured.bins[{i}].{name}"), value, low, high)
+            };
+            let frequency = check("frequency_hz", bin.frequency_hz, 1e-4, 100.0)?;
             if frequency <= last {
-                return Err(SceneError::bound(
-                    "measured.frequency_hz",
-                    frequency,
-                    format!("above {last}, the one before"),
-                ));
+                let field = format!("measured.bins[{i}].frequency_hz");
+                return Err(SceneError::bound(field, frequency, format!("above {last}, the one before")));
             }
             last = frequency;
-            within("measured.density", bin.density, 0.0, 1e5)?;
+            check("density", bin.density, 0.0, 1e5)?;
             if let Some(spread) = bin.direction {
-                within("measured.alpha1", spread.alpha1_deg, -360.0, 360.0)?;
-                within("measured.alpha2", spread.alpha2_deg, -360.0, 360.0)?;
-                within("measured.r1", spread.r1, 0.0, 1.0)?;
-                within("measured.r2", spread.r2, 0.0, 1.0)?;
+                check("alpha1", spread.alpha1_deg, -360.0, 360.0)?;
+                check("alpha2", spread.alpha2_deg, -360.0, 360.0)?;
+                check("r1", spread.r1, 0.0, 1.0)?;
+                check("r2", spread.r2, 0.0, 1.0)?;
             }
         }
         Ok(Self { bins })

@@ -12,6 +12,7 @@ mod laws;
 mod layering;
 mod random;
 mod restart;
+mod scenes;
 mod served;
 mod streaming;
 mod support;
