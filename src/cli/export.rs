@@ -1,7 +1,7 @@
 //! `swellcast export`: the fields of one tick as NumPy arrays.
 
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, IsTerminal};
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
@@ -108,5 +108,17 @@ fn by_reference(timeline: &Timeline, tick: i64) -> Vec<Planes> {
         let assembled = [jacobian, foam.unwrap_or_default()];
         fields.into_iter().chain(assembled).map(single).collect()
     };
-    (0..sea.cascades.len()).map(planes).collect()
+    let count = sea.cascades.len();
+    let told = |cascade: usize| {
+        // Seconds a cascade, most of them for foam's memory.
+        if std::io::stderr().is_terminal() {
+            eprint!("\r\x1b[2Kreference: cascade {} of {count}", cascade + 1);
+        }
+        planes(cascade)
+    };
+    let all = (0..count).map(told).collect();
+    if std::io::stderr().is_terminal() {
+        eprintln!("\r\x1b[2Kreference: {count} cascades");
+    }
+    all
 }
