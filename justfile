@@ -35,7 +35,7 @@ test:
 
 # The web client's own tests.
 test-web:
-    cd clients/web && npm test
+    cd clients/web && SWELLCAST_REQUIRE_VECTORS=1 npm test
 
 # The viewer in headless Chromium, against a server started for it.
 browser:
