@@ -33,6 +33,9 @@ const LANE: usize = 64;
 const PONGS: u32 = 16;
 /// After this many messages that can't be parsed, the connection ends.
 const MALFORMED: u32 = 16;
+/// Subscriptions that may come at once, and how fast that allowance grows back: each is weighed against all clients'.
+const SUBSCRIPTIONS: i64 = 32;
+const TICKS_PER_SUBSCRIPTION: i64 = TICKS_PER_SECOND / 4;
 /// Frames handed to the socket in one go: small ones share a system call.
 const BURST: usize = 64 << 10;
 /// Frames for a tick this long past are not worth sending: 250 ms.
@@ -90,6 +93,8 @@ struct Session {
     /// In order, each with the first tick that is sent of it.
     units: Vec<(UnitName, i64)>,
     cursor: Cursor,
+    /// The tick up to which the allowance of subscriptions is used up.
+    subscribed_until: i64,
     flushing: bool,
     pongs: u32,
     malformed: u32,
@@ -118,6 +123,7 @@ impl Session {
             interval: 1,
             units: Vec::new(),
             cursor: Cursor::default(),
+            subscribed_until: i64::MIN,
             flushing: false,
             pongs: 0,
             malformed: 0,
@@ -272,6 +278,14 @@ impl Session {
 
     fn subscribe(&mut self, subscribe: Subscribe) -> Result<Subscribed, ClientError> {
         requests::check(&subscribe, &self.ocean.current().timeline)?;
+        let now = self.ocean.tick();
+        let least = now.saturating_sub(SUBSCRIPTIONS * TICKS_PER_SUBSCRIPTION);
+        let used = self.subscribed_until.max(least) + TICKS_PER_SUBSCRIPTION;
+        if used > now {
+            let detail = format!("more than {SUBSCRIPTIONS} subscriptions at once, or 4 a second for long");
+            return Err(ClientError { code: ErrorCode::Unavailable, field: None, detail });
+        }
+        self.subscribed_until = used;
         let interval = interval_of_rate(subscribe.rate_hz);
         let granted = self.client.subscribe(interval, &subscribe.units);
         let units = granted.map_err(|index| requests::unavailable(index, self.ocean.settings.live_units))?;

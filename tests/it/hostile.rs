@@ -9,7 +9,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpSocket, TcpStream};
 use tokio_websockets::Message;
 
-use crate::served::{ALL, Client, SMALL, Served, frames, unit};
+use crate::served::{ALL, Client, Got, SMALL, Served, frames, unit};
 use crate::support::scene;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -133,6 +133,32 @@ async fn ten_thousand_random_messages_harm_nobody() {
         let _ = stream.read_to_end(&mut Vec::new()).await;
     }
     frames(&mut watcher, 5).await;
+    served.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_flood_of_subscriptions_is_refused_and_the_last_good_one_stays() {
+    let served = Served::start(&scene(SMALL), Settings::default()).await;
+    let mut client = served.client().await;
+    let (mut granted, mut refused) = (0, 0);
+    for id in 0..60 {
+        let units = if id % 2 == 0 { vec![unit(0, "slopes")] } else { vec![unit(0, "displacement")] };
+        client.send(&json!({ "type": "subscribe", "id": id, "rate_hz": 30, "units": units })).await;
+        loop {
+            match client.next().await {
+                Got::Text(text) if text["type"] == "subscribed" => granted += 1,
+                Got::Text(text) if text["type"] == "error" => {
+                    assert_eq!((&text["code"], &text["id"]), (&json!("unavailable"), &json!(id)));
+                    refused += 1;
+                }
+                Got::Closed(code) => panic!("closed with {code}"),
+                _ => continue,
+            }
+            break;
+        }
+    }
+    assert!(granted >= 32 && refused > 0, "{granted} granted, {refused} refused");
+    frames(&mut client, 3).await;
     served.stop().await;
 }
 
