@@ -68,14 +68,15 @@ async fn serve(arguments: ServeArguments) -> Result<()> {
     };
     let address = listener.local_addr()?;
     let ocean = tokio::task::spawn_blocking(move || Ocean::start(store, begun, settings)).await?;
-    let mut out = std::io::stdout().lock();
-    writeln!(out, "Swellcast serves {name} at http://{address}/")?;
-    match &arguments.data {
-        Some(folder) => writeln!(out, "Changes are kept in {}: {changes} so far, tick {tick}.", folder.display())?,
-        None => writeln!(out, "Changes are kept in memory; --data DIR keeps them through restarts.")?,
+    let kept = match &arguments.data {
+        Some(folder) => format!("Changes are kept in {}: {changes} so far, tick {tick}.", folder.display()),
+        None => "Changes are kept in memory; --data DIR keeps them through restarts.".to_owned(),
+    };
+    let said = writeln!(std::io::stdout().lock(), "Swellcast serves {name} at http://{address}/\n{kept}");
+    if let Err(error) = said {
+        // Whoever started it may have stopped reading; the sea goes on.
+        tracing::debug!(%error, %address, "standard output");
     }
-    out.flush()?;
-    drop(out);
     server::run(listener, ocean, interrupted()).await.context("serving")
 }
 
