@@ -5,6 +5,7 @@ use rustfft::num_complex::Complex32;
 
 use super::{Backend, BackendError, CascadeSurface, Surface, Tap};
 use crate::pass::evolve::EvolveTable;
+use crate::pass::foam::HeldFoam;
 use crate::pass::transform::{Transform, Workspace};
 use crate::pass::{assemble, foam};
 use crate::plan::{CascadePlan, Field, FieldSet, Plan};
@@ -24,7 +25,7 @@ struct CascadeEngine {
     transform: Transform,
     workspaces: Vec<Workspace>,
     heights: Vec<Complex32>,
-    held_foam: Vec<f32>,
+    held_foam: Vec<HeldFoam>,
     foam_threshold: f32,
 }
 
@@ -82,7 +83,7 @@ impl Backend for Cpu {
         let engine = self.cascades.get(cascade)?;
         match tap {
             Tap::Heights => Some(engine.heights.iter().flat_map(|h| [h.re, h.im]).collect()),
-            Tap::HeldFoam => Some(engine.held_foam.clone()),
+            Tap::HeldFoam => Some(engine.held_foam.iter().map(|held| held.foam).collect()),
         }
     }
 }
@@ -121,7 +122,7 @@ impl CascadeEngine {
             let [.., dxx, dzz, dxz, jacobian, shown] = &mut surface.planes;
             assemble::jacobian(dxx, dzz, dxz, jacobian);
             if let Some(work) = plan.foam {
-                self.held_foam.resize(samples, 0.0);
+                self.held_foam.resize(samples, HeldFoam::default());
                 foam::foam(&mut self.held_foam, jacobian, self.foam_threshold, work, shown);
             }
         }

@@ -90,10 +90,11 @@ impl Stepper {
     /// Keeps foam's memory where somebody wants foam, and lets it go elsewhere.
     pub fn set_demand(&mut self, demand: &Demand) {
         let settings: Option<Foam> = self.timeline.scene().effects.foam;
+        let repeat = self.timeline.scene().repeat.ticks;
         for (cascade, track) in self.foam.iter_mut().enumerate() {
             let wanted = demand.keys().any(|unit| usize::from(unit.cascade) == cascade && unit.group == Group::Foam);
             match (settings.filter(|_| wanted), &track) {
-                (Some(foam), None) => *track = Some(FoamTrack::new(foam)),
+                (Some(foam), None) => *track = Some(FoamTrack::new(foam, repeat)),
                 (None, _) => *track = None,
                 (Some(_), Some(_)) => {}
             }
@@ -136,7 +137,8 @@ impl Stepper {
     /// [`BackendError`].
     pub fn surface(&mut self, tick: i64, fields: FieldSet) -> Result<&Surface, BackendError> {
         let settings = self.timeline.scene().effects.foam.filter(|_| fields.contains(Field::Foam));
-        self.foam.fill_with(|| settings.map(FoamTrack::new));
+        let repeat = self.timeline.scene().repeat.ticks;
+        self.foam.fill_with(|| settings.map(|foam| FoamTrack::new(foam, repeat)));
         while self.warm_foam(tick)? {}
         self.load(tick)?;
         let choppiness = self.timeline.scene().effects.choppiness;

@@ -13,6 +13,8 @@ pub struct FoamWork {
     pub restart: bool,
     /// Share of the held foam that is left: of one foam step when advancing, else since the last one.
     pub decay: f32,
+    /// Share of its growth that foam makes in that time.
+    pub growth: f32,
     /// The tick is on the foam grid: what is made here is what is held from now on.
     pub advance: bool,
 }

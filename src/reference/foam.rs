@@ -10,26 +10,25 @@ pub fn jacobian(dxx: &[f64], dzz: &[f64], dxz: &[f64]) -> Vec<f64> {
     (0..dxx.len()).map(|i| (1.0 + dxx[i]) * (1.0 + dzz[i]) - dxz[i] * dxz[i]).collect()
 }
 
-/// Foam of one cascade at a tick, n x n: max(d f, source(J)) over all foam ticks it can remember, nothing below
-/// 1/512, and then once more from the last foam tick to this one.
+/// Foam of one cascade at a tick, n x n: max(d f, r source(J)) over all foam ticks it can remember, nothing below
+/// 1/512, and then once more from the last foam tick to this one. r is the time, over that of growth, for which the
+/// water has gone on breaking.
 pub fn foam(timeline: &Timeline, cascade: usize, tick: i64, foam: &Foam) -> Vec<f64> {
-    let last = tick.div_euclid(Foam::STEP_TICKS) * Foam::STEP_TICKS;
-    let first = last - foam.memory_steps() * Foam::STEP_TICKS;
+    let repeat = timeline.scene().repeat.ticks;
+    let first = Foam::step_before(tick - foam.memory_ticks(), repeat);
     let n = timeline.layout().cascades[cascade].n;
-    let mut held = vec![0.0; n * n];
+    let (mut held, mut breaking) = (vec![0.0; n * n], vec![0.0; n * n]);
     let (mut loaded, mut sea) = (first, timeline.at(first));
-    let mut ticks: Vec<i64> = (first..=last).step_by(Foam::STEP_TICKS as usize).collect();
-    if tick > last {
-        ticks.push(tick);
-    }
+    let steps = std::iter::successors(Some(first), |step| Some(Foam::step_after(*step, repeat)));
     let mut before = first;
-    for tick in ticks {
+    for tick in steps.take_while(|step| *step < tick).chain([tick]) {
         if !timeline.same_sea(tick, loaded) {
             (loaded, sea) = (tick, timeline.at(tick));
         }
-        let decay = foam.decay_over(tick - before);
-        for (held, source) in held.iter_mut().zip(source(&sea, cascade, tick)) {
-            let next = (decay * *held).max(source);
+        let (decay, growth) = (foam.decay_over(tick - before), foam.growth_over(tick - before));
+        for ((held, breaking), source) in held.iter_mut().zip(&mut breaking).zip(source(&sea, cascade, tick)) {
+            *breaking = if source > 0.0 { f64::min(*breaking + growth, 1.0) } else { 0.0 };
+            let next = (decay * *held).max(source * *breaking);
             *held = if next < Foam::FLUSH { 0.0 } else { next };
         }
         before = tick;

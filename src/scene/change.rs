@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::bound::{SceneError, within};
-use super::sea_state::{SeaState, Water, WindSea};
+use super::sea_state::SeaState;
+use super::water::Water;
+use super::wind::WindSea;
 use crate::wire::{MAX_TICK, TICKS_PER_SECOND};
 
 /// Longest transition: an hour.

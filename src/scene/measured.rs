@@ -1,5 +1,7 @@
 //! A directional spectrum as a buoy reports it, checked.
 
+use serde::{Deserialize, Serialize};
+
 use super::bound::{SceneError, within};
 
 /// One frequency of a record. Directions are where the waves come **from**, degrees clockwise from north.
@@ -26,10 +28,22 @@ pub struct Spread {
     pub r2: f64,
 }
 
+/// How a spreading function is made of the four numbers of a frequency.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DirectionMethod {
+    /// Maximum entropy (Lygre & Krogstad 1986): keeps both coefficients, is never negative.
+    #[default]
+    MaximumEntropy,
+    /// The series of two terms, clipped where it is negative and normalised anew: shifts directions by degrees.
+    Fourier,
+}
+
 /// A whole record: at least two bins in ascending frequency.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredSpectrum {
     bins: Vec<MeasuredBin>,
+    directions: DirectionMethod,
 }
 
 impl MeasuredSpectrum {
@@ -65,7 +79,17 @@ impl MeasuredSpectrum {
                 check("r2", spread.r2, 0.0, 1.0)?;
             }
         }
-        Ok(Self { bins })
+        Ok(Self { bins, directions: DirectionMethod::default() })
+    }
+
+    /// The same record with its directions made otherwise.
+    pub fn with_directions(self, directions: DirectionMethod) -> Self {
+        Self { directions, ..self }
+    }
+
+    /// How its directions are made.
+    pub fn directions(&self) -> DirectionMethod {
+        self.directions
     }
 
     /// The bins, in ascending frequency.
@@ -76,12 +100,36 @@ impl MeasuredSpectrum {
     /// Zeroth moment, m^2: the sum of S df, where a bin reaches half-way to its neighbours (and as far outward at
     /// the ends, but not below a quarter of the first frequency).
     pub fn m0(&self) -> f64 {
-        (0..self.bins.len()).map(|i| self.bins[i].density * self.width_hz(i)).sum()
+        (0..self.bins.len()).map(|i| self.energy(i)).sum()
     }
 
     /// Frequency of the highest density, Hz.
     pub fn peak_hz(&self) -> f64 {
         self.bins.iter().max_by(|a, b| a.density.total_cmp(&b.density)).map_or(0.1, |bin| bin.frequency_hz)
+    }
+
+    /// Energy of a bin, m^2.
+    pub fn energy(&self, i: usize) -> f64 {
+        self.bins[i].density * self.width_hz(i)
+    }
+
+    /// Mean direction that the waves come from, degrees clockwise from north, and spread, degrees (Kuik et al. 1988),
+    /// of the whole record: from its first Fourier coefficients, weighted with S df. `None` where no bin with energy
+    /// has a direction.
+    pub fn direction_and_spread_deg(&self) -> Option<(f64, f64)> {
+        let (mut east, mut north, mut total) = (0.0, 0.0, 0.0);
+        for (i, bin) in self.bins.iter().enumerate() {
+            let energy = self.energy(i);
+            let (r1, from) = bin.direction.map_or((0.0, 0.0), |s| (s.r1, s.alpha1_deg.to_radians()));
+            east += energy * r1 * libm::sin(from);
+            north += energy * r1 * libm::cos(from);
+            total += energy;
+        }
+        let r1 = libm::hypot(east, north) / total;
+        (r1 > 0.0).then(|| {
+            let from = libm::atan2(east, north).to_degrees().rem_euclid(360.0);
+            (from, libm::sqrt(2.0 * (1.0 - r1)).to_degrees())
+        })
     }
 
     fn width_hz(&self, i: usize) -> f64 {

@@ -3,6 +3,7 @@
 //! A [`SceneFile`] is what people write (TOML) or send (JSON); [`Scene`] is what it means. Every error names the
 //! field, the value and its bound. Invariant: this room computes no spectrum and knows no transform.
 
+mod amplitudes;
 mod bound;
 mod change;
 mod file;
@@ -10,19 +11,31 @@ mod foam;
 mod measured;
 mod ndbc;
 mod preset;
+mod promise;
+mod replay;
 mod sea_state;
+mod spreading;
 mod surface;
-mod write;
+mod swell;
+mod water;
+mod wind;
 
+pub use amplitudes::{Amplitudes, Distribution};
 pub use bound::SceneError;
 pub use change::{Change, ChangeKind, MAX_TRANSITION_TICKS};
-pub use file::SceneFile;
+pub use file::{CascadesFile, EffectsFile, MeasuredFile, ReplayFile, SceneFile, WaterFile, WindFile};
 pub use foam::Foam;
-pub use measured::{MeasuredBin, MeasuredSpectrum, Spread};
+pub use measured::{DirectionMethod, MeasuredBin, MeasuredSpectrum, Spread};
 pub use ndbc::{NdbcError, NdbcStation};
 pub use preset::{PRESETS, preset};
-pub use sea_state::{SeaState, Swell, Water, WindSea};
+pub use promise::{Promise, WMO_UPPER_HS_M, wmo_sea_state};
+pub use replay::Replay;
+pub use sea_state::SeaState;
+pub use spreading::{Spreading, SpreadingForm};
 pub use surface::{CascadeRequest, Effects, Patch, Repeat};
+pub use swell::{Swell, SwellModel};
+pub use water::{DispersionLaw, Water};
+pub use wind::{DepthCorrection, WindModel, WindSea};
 
 /// Everything that, with a seed and a tick, decides the sea.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,8 +46,14 @@ pub struct Scene {
     pub title: String,
     /// Decides the random draw of every wave.
     pub seed: u64,
+    /// What it promises of its sea.
+    pub promise: Option<Promise>,
+    /// How the amplitudes of single waves scatter.
+    pub amplitudes: Amplitudes,
     /// The spectra to begin with.
     pub sea: SeaState,
+    /// Measured records that follow the first.
+    pub replay: Option<Replay>,
     /// Wind speeds (m/s) the layout of cascades must serve; `None` where no wind drives the sea.
     pub wind_range_mps: Option<[f64; 2]>,
     /// How the sea is cut into cascades.

@@ -16,8 +16,8 @@ pub struct Patch {
 pub enum CascadeRequest {
     /// Count and lengths follow from the scene's longest and shortest waves.
     Automatic {
-        /// Samples a side of every cascade.
-        n: usize,
+        /// Samples a side of every cascade; `None`: as the waves need it.
+        n: Option<usize>,
         /// Where a cascade's band ends, as a share of its Nyquist wavenumber.
         band_limit: f64,
         /// The shortest wave wanted, metres.
@@ -30,6 +30,21 @@ pub enum CascadeRequest {
         /// Where a cascade's band ends, as a share of its Nyquist wavenumber.
         band_limit: f64,
     },
+}
+
+impl CascadeRequest {
+    /// Samples a side where nothing else is said or needed.
+    pub const USUAL_N: usize = 256;
+    /// Most patches of a layout.
+    pub const MAX_PATCHES: usize = 8;
+    /// Most modes of a layout: about half a gigabyte of tables.
+    pub const MAX_MODES: f64 = 5e6;
+
+    /// Modes of one patch, about.
+    pub fn modes(n: usize, band_limit: f64) -> f64 {
+        let side = band_limit * n as f64 + 1.0;
+        side * side
+    }
 }
 
 /// What is computed of the sea.

@@ -1,26 +1,30 @@
-//! The random draw of a layout: one complex Gaussian per mode, kept through every change of the spectrum.
+//! The random draw of a layout: one complex number per mode, kept through every change of the spectrum.
 
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 
 use super::layout::Layout;
-use super::noise::gaussian_pair;
+use super::noise::{gaussian_pair, log_normal_pair};
+use crate::scene::{Amplitudes, Distribution};
 
 /// xi of every mode, per cascade, in the order of an [`super::EnergyTable`]'s rows.
 #[derive(Clone, Debug)]
 pub struct Draw {
-    /// Real and imaginary part, each standard normal.
+    /// Of mean square 2; real and imaginary part standard normal unless amplitudes are log-normal.
     pub xi: Vec<Vec<Complex64>>,
 }
 
 impl Draw {
     /// The draw of a seed.
-    pub fn new(seed: u64, layout: &Layout) -> Self {
+    pub fn new(seed: u64, amplitudes: Amplitudes, layout: &Layout) -> Self {
         let cascade = |patch: usize| {
             let half = layout.cascades[patch].half as i32;
             let row = |m: i32| {
                 (-half..=half).map(move |n| {
-                    let (re, im) = gaussian_pair(seed, patch as u32, n, m);
+                    let (re, im) = match amplitudes.distribution {
+                        Distribution::Gaussian => gaussian_pair(seed, patch as u32, n, m),
+                        Distribution::LogNormal => log_normal_pair(amplitudes.sigma, seed, patch as u32, n, m),
+                    };
                     Complex64::new(re, im)
                 })
             };

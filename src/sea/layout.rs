@@ -2,24 +2,21 @@
 
 use std::f64::consts::PI;
 
-use super::energy::Jonswap;
 use super::spectrum::Spectrum;
-use crate::scene::{CascadeRequest, Patch, Scene, SeaState};
+use crate::scene::{CascadeRequest, Patch, Scene, SeaState, WindSea};
 
 /// The largest patch holds this many of the longest peak wavelengths: one random sea at 3 has an Hs 10 to 21 % off.
 const PEAKS_PER_PATCH: f64 = 16.0;
 /// Largest ratio of neighbouring patches: each begins where it still has a ring of six modes.
 const MAX_RATIO: f64 = 7.0;
-/// Waves this much shorter than the calmest sea's peak hold under 0.5 % of its energy.
-const PEAK_TO_FINEST: f64 = 9.0;
-/// The calmest wind makes an automatic layout no finer than this, metres; only a wish for finer waves does.
+/// Share of the energy that may lie in waves too short for an automatic layout, in any sea state that it serves.
+const UNRESOLVED: f64 = 0.004;
+/// That share makes a layout no finer than this, metres; only a wish for finer waves does.
 const FINEST_M: f64 = 0.05;
 /// Winds below this, m/s, raise nothing that an automatic layout must hold: Hs of 2 mm.
 const LEAST_WIND: f64 = 0.3;
 /// Neighbouring bands overlap from this share of the edge up to the edge, and add to one in energy all the way.
 const OVERLAP: f64 = 0.9;
-/// Most cascades of a layout.
-const MAX_CASCADES: usize = 8;
 
 /// One periodic patch and its band of wavenumbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,42 +105,80 @@ fn band_end(patch: &Patch, band_limit: f64) -> f64 {
     (band_limit * nyquist).min(nyquist - PI / patch.length_m)
 }
 
-fn automatic(scene: &Scene, n: usize, band_limit: f64, wanted_m: f64) -> Vec<Patch> {
-    let with_wind = |speed: f64| SeaState {
-        wind: scene.sea.wind.map(|wind| crate::scene::WindSea { speed_mps: speed, ..wind }),
-        ..scene.sea.clone()
-    };
-    let strongest = Spectrum::new(&with_wind(scene.wind_range_mps.map_or(0.0, |range| range[1])));
-    let measured = scene
-        .sea
-        .measured
-        .as_ref()
-        .map(|record| 2.0 * PI / strongest.dispersion().wavenumber(2.0 * PI * record.peak_hz()));
-    let longest = strongest.longest_peak_m().into_iter().chain(measured).fold(0.0, f64::max);
+/// Patches of an automatic layout: one after the other from 16 of the longest peaks down to the finest waves wanted.
+fn automatic(scene: &Scene, n: Option<usize>, band_limit: f64, wanted_m: f64) -> Vec<Patch> {
+    let (mut longest, mut wanted_end) = (0.0_f64, 2.0 * PI / wanted_m);
+    let mut ends: Option<f64> = Some(0.0);
+    for state in extremes(scene) {
+        let spectrum = Spectrum::new(&state);
+        longest = longest.max(spectrum.longest_peak_m().unwrap_or(0.0));
+        let share = spectrum.wavenumber_below_share(UNRESOLVED).unwrap_or(0.0);
+        wanted_end = wanted_end.max(share.min(2.0 * PI / FINEST_M));
+        ends = ends.zip(spectrum.highest_wavenumber()).map(|(a, b)| a.max(b));
+    }
     let longest = if longest > 0.0 { longest } else { 10.0 };
+    let wanted_end = ends.filter(|end| *end > 0.0).map_or(wanted_end, |end| end.min(wanted_end));
+    let first_m = (PEAKS_PER_PATCH * longest).clamp(0.1, 1e5);
 
-    // The calmest wind needs the finest waves, unless another system carries the energy anyway.
-    let calmest = scene.sea.wind.zip(scene.wind_range_mps).filter(|_| scene.sea.swells.is_empty());
-    let calm_peak = calmest.and_then(|(wind, [low, _])| {
-        let calm = Jonswap::of_wind(
-            &crate::scene::WindSea { speed_mps: low.max(LEAST_WIND), ..wind },
-            scene.sea.water.gravity,
-        )?;
-        Some(2.0 * PI / strongest.dispersion().wavenumber(calm.peak()))
-    });
-    let finest = calm_peak.map_or(wanted_m, |peak| wanted_m.min(peak / PEAK_TO_FINEST)).max(FINEST_M.min(wanted_m));
-    let wanted_end = (2.0 * PI / finest).max(2.0 * PI * PEAK_TO_FINEST / longest);
-    let wanted_end = strongest.highest_wavenumber().map_or(wanted_end, |end| end.min(wanted_end));
-
-    let first = Patch { length_m: (PEAKS_PER_PATCH * longest).clamp(0.1, 1e5), n };
+    let n = n.unwrap_or_else(|| serving_n(first_m, band_limit, wanted_end));
+    let first = Patch { length_m: first_m, n };
     let span = wanted_end / band_end(&first, band_limit);
-    // A small grid must not start its band below two modes.
-    let max_ratio = (band_end(&first, band_limit) * first.length_m / (4.0 * PI)).clamp(1.3, MAX_RATIO);
-    let more = if span > 1.0 { (libm::log(span) / libm::log(max_ratio)).ceil() as usize } else { 0 };
-    let more = more.min(MAX_CASCADES - 1);
+    let max_ratio = max_ratio(&first, band_limit);
+    let more = more_patches(span, max_ratio).min(CascadeRequest::MAX_PATCHES - 1);
     let ratio = libm::pow(span, 1.0 / more.max(1) as f64).min(max_ratio);
     let length = |i: usize| first.length_m / libm::pow(ratio, i as f64);
     // Millimetres, so that a layout is written down exactly; the ratios stay far from simple fractions.
     let rounded = |metres: f64| if metres > 1.0 { (metres * 1e3).round() / 1e3 } else { metres };
-    (0..=more).map(|i| Patch { length_m: rounded(length(i)), n }).collect()
+    (0..=more).map(|i| Patch { length_m: rounded(length(i)).max(0.1), n }).collect()
+}
+
+/// The sea states that a layout must hold: the ends of the wind's range, with each of the measured records.
+fn extremes(scene: &Scene) -> Vec<SeaState> {
+    let records = scene.replay.iter().flat_map(|replay| replay.records.iter().cloned().map(Some));
+    let records: Vec<_> = std::iter::once(scene.sea.measured.clone()).chain(records).collect();
+    let winds: Vec<_> = match (scene.sea.wind, scene.wind_range_mps) {
+        (Some(wind), Some([low, high])) => {
+            let blown = |speed: f64| Some(WindSea { speed_mps: speed.max(LEAST_WIND), ..wind });
+            vec![blown(low), blown(high)]
+        }
+        (wind, _) => vec![wind],
+    };
+    let state = |wind: Option<WindSea>| {
+        let sea = &scene.sea;
+        records.iter().map(move |record| SeaState {
+            wind,
+            measured: record.clone(),
+            water: sea.water,
+            swells: sea.swells.clone(),
+        })
+    };
+    winds.into_iter().flat_map(state).collect()
+}
+
+/// The usual grid; a smaller one where it holds every wave in one patch, a larger one where the usual takes too many.
+fn serving_n(first_m: f64, band_limit: f64, wanted_end: f64) -> usize {
+    let patches = |n: usize| {
+        let first = Patch { length_m: first_m, n };
+        1 + more_patches(wanted_end / band_end(&first, band_limit), max_ratio(&first, band_limit))
+    };
+    let usual = CascadeRequest::USUAL_N;
+    if let Some(small) = [64, 128].into_iter().find(|n| patches(*n) == 1) {
+        return small;
+    }
+    let fits = |n: &usize| {
+        CascadeRequest::MAX_PATCHES as f64 * CascadeRequest::modes(*n, band_limit) <= CascadeRequest::MAX_MODES
+    };
+    let served = |n: &usize| patches(*n) <= CascadeRequest::MAX_PATCHES;
+    let sizes = [usual, 2 * usual, 4 * usual, 8 * usual];
+    sizes.into_iter().find(|n| fits(n) && served(n)).or(sizes.into_iter().rev().find(fits)).unwrap_or(usual)
+}
+
+/// Largest ratio of neighbouring patches; a small grid must not start its band below two modes.
+fn max_ratio(first: &Patch, band_limit: f64) -> f64 {
+    (band_end(first, band_limit) * first.length_m / (4.0 * PI)).clamp(1.3, MAX_RATIO)
+}
+
+/// Patches needed beside the first to reach waves `span` times shorter than it holds.
+fn more_patches(span: f64, max_ratio: f64) -> usize {
+    if span > 1.0 { (libm::log(span) / libm::log(max_ratio)).ceil() as usize } else { 0 }
 }

@@ -3,52 +3,34 @@
 use std::f64::consts::PI;
 
 use super::dispersion::Dispersion;
-use super::energy::{Jonswap, tma};
 use super::measured::MeasuredSea;
-use super::spreading::{cos2s, hasselmann_s, horvath_swell_s};
-use crate::scene::{SeaState, WindSea};
+use super::system::System;
+use crate::scene::SeaState;
 
 /// The wanted directional spectrum of a sea.
 #[derive(Clone, Debug)]
 pub struct Spectrum {
     dispersion: Dispersion,
-    gravity: f64,
-    wind: Option<(WindSea, Jonswap)>,
-    /// Unit vector in which the wind sea travels.
-    wind_toward: (f64, f64),
-    /// Spectrum, exponent s, unit vector of travel.
-    swells: Vec<(Jonswap, f64, (f64, f64))>,
+    systems: Vec<System>,
     measured: Option<MeasuredSea>,
+    /// Frequency of the highest density of the measured record, rad/s.
+    measured_peak: Option<f64>,
     m0: f64,
-}
-
-/// Unit vector (x, z) in which waves from `from_deg` (clockwise from north) travel; +X east, +Z south.
-fn toward(from_deg: f64) -> (f64, f64) {
-    let from = from_deg.to_radians();
-    (-libm::sin(from), libm::cos(from))
 }
 
 impl Spectrum {
     /// The spectrum of a sea state.
     pub fn new(state: &SeaState) -> Self {
         let dispersion = Dispersion::new(state.water);
-        let gravity = state.water.gravity;
-        let wind = state.wind.and_then(|wind| Some((wind, Jonswap::of_wind(&wind, gravity)?)));
-        let swell = |s: &crate::scene::Swell| Some((Jonswap::of_swell(s)?, s.spread_s, toward(s.direction_from_deg)));
-        let swells: Vec<_> = state.swells.iter().filter_map(swell).collect();
-        let mut m0: f64 = swells.iter().map(|(jonswap, ..)| jonswap.m0()).sum();
-        m0 += state.measured.as_ref().map_or(0.0, crate::scene::MeasuredSpectrum::m0);
-        if let Some((_, jonswap)) = &wind {
-            m0 += shoaled_m0(jonswap, &dispersion);
-        }
-        let wind_toward = toward(wind.map_or(0.0, |(wind, _)| wind.direction_from_deg));
+        let wind = state.wind.iter().filter_map(|wind| System::of_wind(wind, &dispersion));
+        let systems: Vec<_> = wind.chain(state.swells.iter().filter_map(System::of_swell)).collect();
+        let measured = state.measured.as_ref().filter(|record| record.m0() > 0.0);
+        let m0 = systems.iter().map(System::m0).sum::<f64>() + measured.map_or(0.0, |record| record.m0());
         Self {
             dispersion,
-            gravity,
-            wind,
-            wind_toward,
-            swells,
-            measured: state.measured.as_ref().map(MeasuredSea::new),
+            systems,
+            measured: measured.map(MeasuredSea::new),
+            measured_peak: measured.map(|record| 2.0 * PI * record.peak_hz()),
             m0,
         }
     }
@@ -63,36 +45,37 @@ impl Spectrum {
         &self.dispersion
     }
 
-    /// Energy density over wave vectors, m^2 per (rad/m)^2: sum of S(w) D(w, theta) (dw/dk) / k over all systems.
+    /// The measured record, where there is one.
+    pub fn measured(&self) -> Option<&MeasuredSea> {
+        self.measured.as_ref()
+    }
+
+    /// Energy density over wave vectors, m^2 per (rad/m)^2: sum of F(k) D(w, theta) / k over all systems.
     pub fn density(&self, kx: f64, kz: f64) -> f64 {
         let k = libm::sqrt(kx * kx + kz * kz);
         if k == 0.0 {
             return 0.0;
         }
-        let omega = self.dispersion.omega(k);
+        let (omega, group_velocity) = (self.dispersion.omega(k), self.dispersion.group_velocity(k));
         let unit = (kx / k, kz / k);
-        let cos_to = |toward: (f64, f64)| unit.0 * toward.0 + unit.1 * toward.1;
         let mut sum = 0.0;
-        if let Some((wind, jonswap)) = &self.wind {
-            let energy = jonswap.density(omega);
+        for system in &self.systems {
+            let energy = system.over_wavenumber(&self.dispersion, k, omega, group_velocity);
             if energy > 0.0 {
-                let x = omega / jonswap.peak();
-                let inverse_age = wind.speed_mps * jonswap.peak() / self.gravity;
-                let s = hasselmann_s(x, inverse_age) + horvath_swell_s(x, wind.swell);
-                let depth = tma(self.dispersion.kd(k));
-                sum += energy * depth * cos2s(s, cos_to(self.wind_toward));
-            }
-        }
-        for (jonswap, s, toward) in &self.swells {
-            let energy = jonswap.density(omega);
-            if energy > 0.0 {
-                sum += energy * cos2s(*s, cos_to(*toward));
+                sum += energy * system.spreading(omega, unit);
             }
         }
         if let Some(measured) = &self.measured {
-            sum += measured.density(omega, unit);
+            sum += measured.density(omega, unit) * group_velocity;
         }
-        sum * self.dispersion.group_velocity(k) / k
+        sum / k
+    }
+
+    /// F(k), m^3, of all systems, over all directions; `omega` and `group_velocity` are those of `k`.
+    fn over_wavenumber(&self, k: f64, omega: f64, group_velocity: f64) -> f64 {
+        let system = |system: &System| system.over_wavenumber(&self.dispersion, k, omega, group_velocity);
+        let measured = self.measured.as_ref().map_or(0.0, |m| m.over_frequency(omega) * group_velocity);
+        self.systems.iter().map(system).sum::<f64>() + measured
     }
 
     /// Longest wavelength that matters, metres: the longest peak of any system; `None` for a flat sea.
@@ -100,39 +83,46 @@ impl Spectrum {
         self.lowest_peak().map(|peak| 2.0 * PI / self.dispersion.wavenumber(peak))
     }
 
-    /// Longest peak period of any system but a measured one, seconds.
+    /// Longest peak period of any system, seconds.
     pub fn longest_period_s(&self) -> Option<f64> {
         self.lowest_peak().map(|peak| 2.0 * PI / peak)
     }
 
-    /// Frequencies of a measured record whose directions were changed, and those that have none.
-    pub fn measured_faults(&self) -> (usize, usize) {
-        self.measured.as_ref().map_or((0, 0), |measured| (measured.infeasible(), measured.missing()))
+    /// Wavenumber, rad/m, above which lies this share of the energy; `None` for a flat sea.
+    pub fn wavenumber_below_share(&self, share: f64) -> Option<f64> {
+        let (low, high) = self.range()?;
+        let mut above = 0.0;
+        let mut found = high;
+        let wanted = share * self.m0;
+        // From the short waves on.
+        self.dispersion.each_wavenumber(low, high, |k, omega, cg, width| {
+            if above < wanted {
+                above += self.over_wavenumber(k, omega, cg) * width;
+                found = k;
+            }
+        });
+        Some(found)
     }
 
-    fn lowest_peak(&self) -> Option<f64> {
-        let wind = self.wind.iter().map(|(_, jonswap)| jonswap.peak());
-        let swells = self.swells.iter().map(|(jonswap, ..)| jonswap.peak());
-        let lowest = wind.chain(swells).fold(f64::INFINITY, f64::min);
-        lowest.is_finite().then_some(lowest)
+    /// Range of wavenumbers that holds energy, rad/m; `None` for a flat sea.
+    pub fn range(&self) -> Option<(f64, f64)> {
+        let systems = self.systems.iter().map(|system| system.range(&self.dispersion));
+        let measured = self.measured.iter().map(|measured| {
+            let (low, high) = measured.range();
+            (self.dispersion.wavenumber(low), self.dispersion.wavenumber(high))
+        });
+        systems.chain(measured).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
     }
 
     /// Highest wavenumber that holds energy, rad/m, where there is one (a measured record ends; the others don't).
     pub fn highest_wavenumber(&self) -> Option<f64> {
-        let ends = self.wind.is_none() && self.swells.is_empty();
-        self.measured.as_ref().filter(|_| ends).map(|measured| self.dispersion.wavenumber(measured.range().1))
+        let measured = self.measured.as_ref().filter(|_| self.systems.is_empty());
+        measured.map(|measured| self.dispersion.wavenumber(measured.range().1))
     }
-}
 
-/// m0 of a wind sea with its depth correction, m^2.
-fn shoaled_m0(jonswap: &Jonswap, dispersion: &Dispersion) -> f64 {
-    // Midpoint rule in ln k, over the frequencies of `Jonswap::m0`; in k the depth correction needs no inverse.
-    const STEPS: i32 = 4000;
-    let low = libm::log(dispersion.wavenumber(0.2 * jonswap.peak()));
-    let width = (libm::log(dispersion.wavenumber(150.0 * jonswap.peak())) - low) / f64::from(STEPS);
-    let at = |i: i32| {
-        let k = libm::exp(low + (f64::from(i) + 0.5) * width);
-        jonswap.density(dispersion.omega(k)) * tma(dispersion.kd(k)) * dispersion.group_velocity(k) * k
-    };
-    (0..STEPS).map(at).sum::<f64>() * width
+    fn lowest_peak(&self) -> Option<f64> {
+        let systems = self.systems.iter().map(System::peak);
+        let lowest = systems.chain(self.measured_peak).fold(f64::INFINITY, f64::min);
+        lowest.is_finite().then_some(lowest)
+    }
 }

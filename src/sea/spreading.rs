@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use crate::scene::{Spreading, SpreadingForm};
+
 /// Largest spreading exponent: a beam of 1.8 degrees.
 const MAX_S: f64 = 2000.0;
 
@@ -49,4 +51,131 @@ fn power(x: f64, p: f64) -> f64 {
 /// What swell adds to s (Horvath 2015, eq. 44): 16 tanh(wp / w) xi^2; energy narrows at low frequencies.
 pub fn horvath_swell_s(x: f64, xi: f64) -> f64 {
     16.0 * libm::tanh(1.0 / x) * xi * xi
+}
+
+/// Exponent s of Mitsuyasu et al. (1975): `x` = w / wp, `inverse_age` = U wp / g.
+pub fn mitsuyasu_s(x: f64, inverse_age: f64) -> f64 {
+    let at_peak = 11.5 * power(inverse_age, -2.5);
+    (at_peak * power(x, if x <= 1.0 { 5.0 } else { -2.5 })).clamp(0.0, MAX_S)
+}
+
+/// beta of Donelan et al. (1985), and above 1.6 of Banner (1990): `x` = w / wp.
+pub fn donelan_banner_beta(x: f64) -> f64 {
+    match x {
+        x if x < 0.95 => 2.61 * power(x.max(0.56), 1.3),
+        x if x <= 1.6 => 2.28 * power(x, -1.3),
+        _ => {
+            let ln = libm::log(x);
+            libm::pow(10.0, -0.4 + 0.8393 * libm::exp(-0.567 * 2.0 * ln))
+        }
+    }
+}
+
+/// beta sech^2(beta theta), normalised over the circle.
+fn sech2(beta: f64, theta: f64) -> f64 {
+    let cosh = libm::cosh(beta * theta);
+    0.5 * beta / libm::tanh(beta * PI) / (cosh * cosh)
+}
+
+/// cos^2 theta ahead, and `against` of it behind.
+fn cos2(against: f64, cos_theta: f64) -> f64 {
+    let side = if cos_theta > 0.0 { 1.0 } else { against };
+    2.0 / PI * cos_theta * cos_theta * side / (1.0 + against)
+}
+
+/// The spreading of one system, ready to be evaluated.
+#[derive(Clone, Debug)]
+pub struct Spreader {
+    settings: Spreading,
+    inverse_age: f64,
+    /// Horvath's xi.
+    elongation: f64,
+    /// Normalisation of an elongated form whose integral has no closed form, by ln x; one for each of the two forms.
+    norms: [Vec<f64>; 2],
+}
+
+/// Where the table of normalisations begins and ends, in ln(w / wp), and its nodes.
+const NORM_RANGE: (f64, f64) = (-2.5, 3.5);
+const NORM_NODES: usize = 240;
+
+impl Spreader {
+    /// Prepares a spreading. `inverse_age` is U wp / g; `elongation` Horvath's xi.
+    pub fn new(settings: Spreading, inverse_age: f64, elongation: f64) -> Self {
+        let mut spreader = Self { settings, inverse_age, elongation, norms: [Vec::new(), Vec::new()] };
+        if elongation > 0.0 {
+            for (i, form) in [settings.form, settings.with].into_iter().enumerate() {
+                if spreader.s(form, 1.0).is_none() && (i == 0 || settings.blend > 0.0) {
+                    spreader.norms[i] = (0..=NORM_NODES).map(|node| spreader.norm(form, node)).collect();
+                }
+            }
+        }
+        spreader
+    }
+
+    /// D(theta) at `x` = w / wp, 1/rad, of the cosine of theta.
+    pub fn density(&self, x: f64, cos_theta: f64) -> f64 {
+        let Spreading { form, with, blend, .. } = self.settings;
+        let mut sum = 0.0;
+        if blend < 1.0 {
+            sum += (1.0 - blend) * self.form(0, form, x, cos_theta);
+        }
+        if blend > 0.0 {
+            sum += blend * self.form(1, with, x, cos_theta);
+        }
+        sum
+    }
+
+    fn form(&self, index: usize, form: SpreadingForm, x: f64, cos_theta: f64) -> f64 {
+        let elongation = horvath_swell_s(x, self.elongation);
+        if let Some(s) = self.s(form, x) {
+            return cos2s(s + elongation, cos_theta);
+        }
+        let plain = self.plain(form, x, cos_theta);
+        let norms = &self.norms[index];
+        if norms.is_empty() || plain == 0.0 {
+            return plain;
+        }
+        let at = (libm::log(x) - NORM_RANGE.0) / (NORM_RANGE.1 - NORM_RANGE.0) * NORM_NODES as f64;
+        let at = at.clamp(0.0, NORM_NODES as f64);
+        let low = (at as usize).min(NORM_NODES - 1);
+        let norm = norms[low] + (norms[low + 1] - norms[low]) * (at - low as f64);
+        // Beyond its ends the table holds: both factors hardly change there.
+        plain * squeeze(elongation, cos_theta) * norm
+    }
+
+    /// The exponent of the forms that are cos^2s.
+    fn s(&self, form: SpreadingForm, x: f64) -> Option<f64> {
+        match form {
+            SpreadingForm::Uniform => Some(0.0),
+            SpreadingForm::Cos2s => Some(self.settings.s),
+            SpreadingForm::Mitsuyasu => Some(mitsuyasu_s(x, self.inverse_age)),
+            SpreadingForm::Hasselmann => Some(hasselmann_s(x, self.inverse_age)),
+            SpreadingForm::Cos2 | SpreadingForm::DonelanBanner => None,
+        }
+    }
+
+    /// The forms that are not, without elongation.
+    fn plain(&self, form: SpreadingForm, x: f64, cos_theta: f64) -> f64 {
+        match form {
+            SpreadingForm::DonelanBanner => sech2(donelan_banner_beta(x), libm::acos(cos_theta.clamp(-1.0, 1.0))),
+            _ => cos2(self.settings.against_wind, cos_theta),
+        }
+    }
+
+    fn norm(&self, form: SpreadingForm, node: usize) -> f64 {
+        const STEPS: u32 = 720;
+        let x = libm::exp(NORM_RANGE.0 + (NORM_RANGE.1 - NORM_RANGE.0) * node as f64 / NORM_NODES as f64);
+        let elongation = horvath_swell_s(x, self.elongation);
+        let at = |i: u32| {
+            let cos = libm::cos((f64::from(i) + 0.5) * PI / f64::from(STEPS));
+            self.plain(form, x, cos) * squeeze(elongation, cos)
+        };
+        let integral = 2.0 * PI / f64::from(STEPS) * (0..STEPS).map(at).sum::<f64>();
+        1.0 / integral
+    }
+}
+
+/// cos^2s of half the angle, not normalised.
+fn squeeze(s: f64, cos_theta: f64) -> f64 {
+    libm::pow((0.5 + 0.5 * cos_theta).max(0.0), s)
 }

@@ -70,7 +70,7 @@ impl Timeline {
     /// then is folded into one state and forgotten.
     pub fn replay(scene: &Scene, changes: &[Change], now: i64) -> Self {
         let layout = Layout::of(scene);
-        let draw = Draw::new(scene.seed, &layout);
+        let draw = Draw::new(scene.seed, scene.amplitudes, &layout);
         let first = Stage::new(None, scene.sea.clone());
         let mut timeline = Self {
             scene: Arc::new(scene.clone()),
@@ -95,7 +95,8 @@ impl Timeline {
                 "the loop of {seconds} s is under 20 peak periods of {period:.1} s: wave speeds are rounded"
             );
         }
-        let (infeasible, missing) = spectrum.measured_faults();
+        let Some(measured) = spectrum.measured() else { return };
+        let (infeasible, missing) = (measured.infeasible(), measured.missing());
         if infeasible + missing > 0 {
             tracing::warn!(
                 "the record has {infeasible} frequencies whose directions no sea can have, changed to the nearest, and \

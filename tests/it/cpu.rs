@@ -186,7 +186,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
         cpu.load(&sea).unwrap();
         let mut bits = Vec::new();
         for step in 0..3 {
-            let foam = FoamWork { restart: step == 0, decay: 0.9, advance: true };
+            let foam = FoamWork { restart: step == 0, decay: 0.9, growth: 0.5, advance: true };
             let cascade = CascadePlan::new(fields, Some(foam), sea.choppiness);
             let surface = cpu.step(step * 720, &Plan { cascades: vec![cascade; sea.cascades.len()] }).unwrap();
             for cascade in &surface.cascades {
@@ -209,7 +209,7 @@ fn work_is_what_the_plan_says_and_no_more() {
     assert_eq!(cascade(&MOVING, 1.0), 3);
     assert_eq!(cascade(&MOVING, 0.0), 1);
     assert_eq!(cascade(&[Field::Jacobian], 1.0), 3);
-    let foam = FoamWork { restart: false, decay: 0.9, advance: true };
+    let foam = FoamWork { restart: false, decay: 0.9, growth: 0.5, advance: true };
     assert_eq!(CascadePlan::new(FieldSet::NONE, Some(foam), 1.0).transforms.len(), 3);
 }
 

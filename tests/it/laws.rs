@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use swellcast::scene::{PRESETS, SceneFile, Water, preset};
+use swellcast::scene::{PRESETS, SceneFile, Water, WindSea, preset};
 use swellcast::sea::{self, Dispersion, Jonswap, Timeline};
 
 fn close(got: f64, want: f64, relative: f64) {
@@ -14,8 +14,7 @@ fn jonswap_by_wind_and_fetch_has_the_published_heights_and_peaks() {
     for (speed_mps, fetch_m, hs, tp) in
         [(10.0, 1e5, 2.139, 6.232), (15.0, 3e5, 5.647, 10.289), (20.0, 1e5, 3.954, 7.852)]
     {
-        let wind = swellcast::scene::WindSea { speed_mps, fetch_m, direction_from_deg: 0.0, gamma: 3.3, swell: 0.0 };
-        let jonswap = Jonswap::of_wind(&wind, 9.81).unwrap();
+        let jonswap = Jonswap::of_wind(&WindSea::jonswap(speed_mps, 0.0, fetch_m), 9.81).unwrap();
         close(4.0 * jonswap.m0().sqrt(), hs, 1e-3);
         close(2.0 * PI / jonswap.peak(), tp, 1e-3);
     }

@@ -1,7 +1,7 @@
 //! A checked scene back in the form that people write and send.
 
-use super::file::{CascadesFile, EffectsFile, MeasuredFile, SceneFile, SwellFile, WaterFile, WindFile};
-use super::{CascadeRequest, MeasuredBin, Repeat, Scene};
+use super::{CascadesFile, EffectsFile, MeasuredFile, ReplayFile, SceneFile, WaterFile, WindFile};
+use crate::scene::{CascadeRequest, MeasuredBin, MeasuredSpectrum, Repeat, Scene};
 
 impl From<&Scene> for SceneFile {
     /// The file that checks to this very scene; a measured record stands in it as numbers.
@@ -12,7 +12,7 @@ impl From<&Scene> for SceneFile {
                 (*n, *band_limit, *finest_wavelength_m, vec![])
             }
             CascadeRequest::Chosen { patches, band_limit } => {
-                let n = patches.first().map_or(256, |p| p.n);
+                let n = patches.first().map(|p| p.n);
                 let lengths = patches.iter().map(|p| p.length_m).collect();
                 (n, *band_limit, CascadesFile::default().finest_wavelength_m, lengths)
             }
@@ -21,39 +21,53 @@ impl From<&Scene> for SceneFile {
             Some(s) => vec![bin.frequency_hz, bin.density, s.alpha1_deg, s.alpha2_deg, s.r1, s.r2],
             None => vec![bin.frequency_hz, bin.density],
         };
+        let rows = |record: &MeasuredSpectrum| -> Vec<Vec<f64>> { record.bins().iter().map(row).collect() };
+        let replay = scene.replay.as_ref().map(|replay| ReplayFile {
+            until: None,
+            record_s: replay.record_ticks as f64 / 7200.0,
+            transition_s: replay.transition_ticks as f64 / 7200.0,
+            records: replay.records.iter().map(rows).collect(),
+        });
         Self {
             name: scene.name.clone(),
             title: scene.title.clone(),
             seed: scene.seed,
             loop_s: (scene.repeat != Repeat::default()).then(|| scene.repeat.ticks as f64 / 7200.0),
+            promise: scene.promise,
+            amplitudes: scene.amplitudes,
             water: WaterFile {
                 depth_m: Some(scene.sea.water.depth_m).filter(|d| d.is_finite()),
                 gravity: scene.sea.water.gravity,
-                tension: scene.sea.water.tension,
+                surface_tension: scene.sea.water.surface_tension,
+                density: scene.sea.water.density,
+                dispersion: scene.sea.water.dispersion,
             },
             wind: scene.sea.wind.map(|w| WindFile {
+                model: w.model,
                 speed_mps: w.speed_mps,
                 direction_from_deg: w.direction_from_deg,
                 fetch_m: w.fetch_m,
                 gamma: w.gamma,
+                alpha: w.alpha,
+                small_wave_m: w.small_wave_m,
+                hs_m: w.hs_m,
+                depth_correction: w.depth_correction,
+                spreading: Some(w.spreading),
                 swell: w.swell,
                 range_mps: scene.wind_range_mps.unwrap_or([w.speed_mps, w.speed_mps.max(0.1)]),
             }),
-            swell: (scene.sea.swells.iter())
-                .map(|s| SwellFile {
-                    hs_m: s.hs_m,
-                    tp_s: s.tp_s,
-                    direction_from_deg: s.direction_from_deg,
-                    gamma: s.gamma,
-                    spread_s: s.spread_s,
-                })
-                .collect(),
-            measured: (scene.sea.measured.as_ref())
-                .map(|m| MeasuredFile { bins: m.bins().iter().map(row).collect(), ..MeasuredFile::default() }),
+            swell: scene.sea.swells.clone(),
+            measured: scene.sea.measured.as_ref().map(|record| MeasuredFile {
+                bins: rows(record),
+                directions: record.directions(),
+                replay,
+                ..MeasuredFile::default()
+            }),
             cascades: CascadesFile { n, band_limit, finest_wavelength_m, patches_m },
             effects: EffectsFile {
                 choppiness: scene.effects.choppiness,
                 foam: scene.effects.foam.is_some(),
+                foam_growth_s: foam.growth_s,
                 foam_decay_s: foam.decay_s,
                 foam_gain: foam.gain,
             },
