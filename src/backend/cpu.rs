@@ -5,11 +5,10 @@ use rustfft::num_complex::Complex32;
 
 use super::{Backend, BackendError, CascadeSurface, Surface, Tap};
 use crate::pass::evolve::EvolveTable;
-use crate::pass::foam::HeldFoam;
 use crate::pass::transform::{Transform, Workspace};
 use crate::pass::{assemble, foam};
 use crate::plan::{CascadePlan, Field, FieldSet, Plan};
-use crate::sea::{Cascade, Sea, turn_of_tick};
+use crate::sea::{Cascade, HeldFoam, Sea, turn_of_tick};
 
 /// The CPU backend. Gives the same bytes on any number of threads.
 pub struct Cpu {

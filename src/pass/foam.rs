@@ -1,33 +1,9 @@
-//! Foam: f <- max(d f, r source(J)), and below a five-hundredth nothing; r grows while the water goes on breaking.
-//!
-//! Only such a form has a finite memory: every server that has run it long enough holds the same bits, whenever it began.
+//! Foam of a grid, from its Jacobian and what is held since the last foam tick.
 
 use crate::plan::FoamWork;
-use crate::scene::Foam;
+use crate::sea::HeldFoam;
 
-/// What is remembered of one sample.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct HeldFoam {
-    /// Foam, 0 to 1.
-    pub foam: f32,
-    /// Share of its growth made by water that breaks, 0 to 1; 0 where it doesn't.
-    pub growth: f32,
-}
-
-impl HeldFoam {
-    /// One step of the recursion from here, by water of this Jacobian.
-    #[inline]
-    pub fn step(self, jacobian: f32, threshold: f32, decay: f32, growth: f32) -> Self {
-        const STEEPNESS: f32 = (1.0 / Foam::SOURCE_WIDTH) as f32;
-        const FLUSH: f32 = Foam::FLUSH as f32;
-        let source = ((threshold - jacobian) * STEEPNESS).clamp(0.0, 1.0);
-        let growth = if source > 0.0 { (self.growth + growth).min(1.0) } else { 0.0 };
-        let foam = (decay * self.foam).max(source * growth);
-        Self { foam: if foam < FLUSH { 0.0 } else { foam }, growth }
-    }
-}
-
-/// Foam shown at a tick, from what is held since the last foam tick; on a foam tick it is then held itself.
+/// Foam shown at a tick; on a foam tick it is then held itself.
 pub fn foam(held: &mut [HeldFoam], jacobian: &[f32], threshold: f32, work: FoamWork, shown: &mut [f32]) {
     for ((shown, held), j) in shown.iter_mut().zip(held).zip(jacobian) {
         let before = if work.restart { HeldFoam::default() } else { *held };

@@ -1,49 +1,192 @@
-//! Below which Jacobian a sea foams, so that whitecaps follow the wind.
+//! Below which Jacobian a sea foams, so that whitecaps cover as much of it as the wind calls for.
+//!
+//! The whole recursion is run, not guessed at: on the Jacobian of one drifting particle, as long a time of it as counts
+//! many breakers, synthesised from the covariance of the strain by frequency. What covers at a point of time covers in
+//! the mean of the area. Everything is a fixed sum of portable arithmetic, so every server finds the same threshold.
 
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+use rustfft::FftPlannerScalar;
+use rustfft::num_complex::Complex32;
+
+use super::dispersion::Dispersion;
+use super::foam_step::HeldFoam;
 use super::layout::{Cascade, Layout};
+use super::noise::mix;
+use super::phase::cos_sin_q24;
+use super::strain::{Root, Strain};
 use super::table::EnergyTable;
 use crate::scene::{Foam, SeaState};
 
-/// Area that holds foam above .1 over the area that is below the threshold at one moment: foam outlives its breaker,
-/// but not all of what is below has grown to .1. Fitted on the presets of Beaufort 4 to 10 (`swellcast export`), where
-/// coverage then is .4 to 1.2 times the wanted one.
-const PERSISTENCE: f64 = 3.0;
 /// Thresholds stay where foam is neither everywhere nor missing from a folded crest.
 const BOUNDS: (f64, f64) = (0.0, 0.95);
-
 /// Waves shorter than this break without catching air (Jessup et al. 1997 call it microbreaking), metres.
 const SHORTEST_WHITECAP_M: f64 = 2.5;
 /// Threshold of a cascade that never foams: no Jacobian comes near it.
 const NEVER: f64 = -1e6;
 
-/// The threshold of each cascade for a sea state.
-///
-/// Wanted coverage is 3.84e-6 U10^3.41 (Monahan & O'Muircheartaigh 1980, eq. 5); the Jacobian of each cascade is taken
-/// as normal, 1 - lambda (k-weighted height), with the variance of its horizontal stretch. All cascades with
-/// waves long enough share one threshold. Without wind only folded water foams.
-pub fn foam_thresholds(
-    state: &SeaState,
-    layout: &Layout,
-    table: &EnergyTable,
+/// Foam steps of a particle's history: 3.6 hours, of which two independent ones come out of one transform.
+const STEPS: usize = 1 << 17;
+/// Steps at its beginning that fill foam's memory.
+const FILLING: usize = 200;
+/// Frequencies that its strain is told apart by.
+const FREQUENCIES: usize = 64;
+/// Thresholds, in deviations of the stretch below 1, at which coverage is counted.
+const LADDER: [f64; 8] = [1.2, 1.5, 1.8, 2.1, 2.4, 2.7, 3.0, 3.4];
+/// Covered steps that a count needs to be of use.
+const LEAST_COUNT: f64 = 200.0;
+
+/// Foam of a sea state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoamThresholds {
+    /// Jacobian of each cascade below which it foams.
+    pub jacobian: Vec<f64>,
+    /// Share of the area that foam covers, by all cascades together.
+    pub coverage: f64,
+}
+
+impl FoamThresholds {
+    /// Of a scene without foam.
+    pub fn none(layout: &Layout) -> Self {
+        Self { jacobian: vec![NEVER; layout.cascades.len()], coverage: 0.0 }
+    }
+
+    /// The thresholds of a sea state, for a wanted coverage of 3.84e-6 U10^3.41 (Monahan & O'Muircheartaigh 1980,
+    /// eq. 5). All cascades with waves long enough share one. Without wind only folded water foams.
+    pub fn new(state: &SeaState, layout: &Layout, table: &EnergyTable, choppiness: f64, foam: &Foam) -> Self {
+        let foams = |cascade: &Cascade| cascade.longest_m() >= SHORTEST_WHITECAP_M;
+        let dispersion = Dispersion::new(state.water);
+        let breakers: Vec<Breakers> = (0..layout.cascades.len())
+            .into_par_iter()
+            .filter(|i| foams(&layout.cascades[*i]) && choppiness * table.strain[*i].stretch() > 1e-6)
+            .map(|i| {
+                Breakers::of(&dispersion, &layout.cascades[i], &table.energy[i], table.strain[i], choppiness, foam)
+            })
+            .collect();
+        let covered = |threshold: f64| 1.0 - breakers.iter().map(|b| 1.0 - b.coverage(threshold)).product::<f64>();
+        let wind = state.wind.map_or(0.0, |wind| wind.speed_mps);
+        let wanted = (foam.gain * 3.84e-6 * libm::pow(wind, 3.41)).min(1.0);
+        let (mut low, mut high) = BOUNDS;
+        if covered(low) < wanted {
+            for _ in 0..24 {
+                let middle = 0.5 * (low + high);
+                if covered(middle) < wanted { low = middle } else { high = middle }
+            }
+        }
+        let jacobian = layout.cascades.iter().map(|cascade| if foams(cascade) { low } else { NEVER }).collect();
+        Self { jacobian, coverage: covered(low) }
+    }
+}
+
+/// How often one cascade's water is covered, by threshold.
+#[derive(Debug)]
+struct Breakers {
+    strain: Strain,
     choppiness: f64,
-    foam: &Foam,
-) -> Vec<f64> {
-    let wind = state.wind.map_or(0.0, |wind| wind.speed_mps);
-    let wanted = (foam.gain * 3.84e-6 * libm::pow(wind, 3.41)).min(1.0) / PERSISTENCE;
-    let foams = |cascade: &Cascade| cascade.longest_m() >= SHORTEST_WHITECAP_M;
-    let deviations: Vec<f64> = (layout.cascades.iter().zip(&table.stretch_variance))
-        .filter(|(cascade, variance)| foams(cascade) && **variance > 0.0)
-        .map(|(_, variance)| choppiness * libm::sqrt(*variance))
-        .collect();
-    let breaking = |threshold: f64| -> f64 {
-        deviations.iter().map(|d| 0.5 * libm::erfc((1.0 - threshold) / (d * std::f64::consts::SQRT_2))).sum()
+    /// Logarithm of covered over broken area: its value at 2 deviations and its slope. Foam outlives its breaker, and
+    /// the rarer the breakers the shorter they are, so this rises evenly with the deviations.
+    persistence: (f64, f64),
+}
+
+impl Breakers {
+    fn of(
+        dispersion: &Dispersion,
+        cascade: &Cascade,
+        energy: &[f64],
+        strain: Strain,
+        choppiness: f64,
+        foam: &Foam,
+    ) -> Self {
+        let history = history(dispersion, cascade, energy, choppiness);
+        let mut breakers = Self { strain, choppiness, persistence: (0.0, 0.0) };
+        // A straight line through the counts, each weighing what it counts.
+        let (mut w, mut x, mut y, mut xx, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for deviations in LADDER {
+            let threshold = 1.0 - deviations * choppiness * strain.stretch();
+            let counted = history.iter().map(|jacobian| count(jacobian, threshold, foam)).sum::<f64>();
+            let broken = breakers.broken(threshold);
+            if counted < LEAST_COUNT || broken <= 0.0 {
+                break;
+            }
+            let share = counted / (history.len() * (STEPS - FILLING)) as f64;
+            let (at, value) = (deviations - 2.0, libm::log(share / broken));
+            (w, x, y) = (w + counted, x + counted * at, y + counted * value);
+            (xx, xy) = (xx + counted * at * at, xy + counted * at * value);
+        }
+        let spread = w * xx - x * x;
+        if spread > 0.0 {
+            let slope = (w * xy - x * y) / spread;
+            breakers.persistence = ((y - slope * x) / w, slope);
+        }
+        breakers
+    }
+
+    fn broken(&self, threshold: f64) -> f64 {
+        self.strain.below(threshold, self.choppiness)
+    }
+
+    fn coverage(&self, threshold: f64) -> f64 {
+        let deviations = (1.0 - threshold) / (self.choppiness * self.strain.stretch());
+        let (at_two, slope) = self.persistence;
+        (self.broken(threshold) * libm::exp(at_two + slope * (deviations - 2.0))).min(1.0)
+    }
+}
+
+/// Steps at which foam covers, after the filling.
+fn count(jacobian: &[f32], threshold: f64, foam: &Foam) -> f64 {
+    let (decay, growth) = (foam.decay_over(Foam::STEP_TICKS) as f32, foam.growth_over(Foam::STEP_TICKS) as f32);
+    let (mut held, mut covered) = (HeldFoam::default(), 0_u32);
+    for (step, j) in jacobian.iter().enumerate() {
+        held = held.step(*j, threshold as f32, decay, growth);
+        covered += u32::from(step >= FILLING && held.foam > Foam::COVERS as f32);
+    }
+    f64::from(covered)
+}
+
+/// The Jacobian of two particles, foam step by foam step.
+fn history(dispersion: &Dispersion, cascade: &Cascade, energy: &[f64], choppiness: f64) -> [Vec<f32>; 2] {
+    // Covariance by frequency, evenly from 0 to the highest of the cascade.
+    let highest = dispersion.omega(cascade.to_k) * 1.01;
+    let mut by_frequency = [Strain::default(); FREQUENCIES];
+    for ((kx, kz), e) in cascade.wave_vectors().zip(energy) {
+        let place = dispersion.omega(libm::hypot(kx, kz)) / highest * FREQUENCIES as f64;
+        let at = &mut by_frequency[(place as usize).min(FREQUENCIES - 1)];
+        *at = at.plus(&Strain::of_mode(dispersion, kx, kz, *e));
+    }
+    let step_s = Foam::STEP_TICKS as f64 / 7200.0;
+    // Waves faster than the foam step sees are seen as slower ones, as on the grid.
+    let lines = (highest * step_s * STEPS as f64 / (2.0 * PI)).ceil().max(FREQUENCIES as f64);
+    let lines_each = lines / FREQUENCIES as f64;
+    let roots = by_frequency.map(|strain| strain.times(2.0 * choppiness * choppiness / lines_each).root());
+    let [xx, xz, zz] = series(&roots, lines as usize);
+    let jacobian = |part: fn(&Complex32) -> f32| {
+        let at = |i: usize| {
+            let (xx, xz, zz) = (part(&xx[i]), part(&xz[i]), part(&zz[i]));
+            (1.0 + xx) * (1.0 + zz) - xz * xz
+        };
+        (0..STEPS).map(at).collect()
     };
-    let (mut low, mut high) = BOUNDS;
-    if breaking(low) < wanted {
-        for _ in 0..40 {
-            let middle = 0.5 * (low + high);
-            if breaking(middle) < wanted { low = middle } else { high = middle }
+    [jacobian(|z| z.re), jacobian(|z| z.im)]
+}
+
+/// Dxx, Dxz and Dzz with random phases, as sums of `lines` frequencies; real and imaginary part are two histories.
+fn series(roots: &[Root; FREQUENCIES], lines: usize) -> [Vec<Complex32>; 3] {
+    let mut series = [(); 3].map(|()| vec![Complex32::ZERO; STEPS]);
+    for line in 0..lines {
+        let turn = |which: u64| {
+            let (cos, sin) = cos_sin_q24(mix(3 * line as u64 + which) as u32);
+            Complex32::new(cos as f32, sin as f32) * (1.0 / 16_777_216.0)
+        };
+        let (a, b, c) = (turn(0), turn(1), turn(2));
+        let [l11, l21, l22, l31, l32, l33] = roots[line * FREQUENCIES / lines].map(|l| l as f32);
+        for (series, value) in series.iter_mut().zip([a * l11, a * l21 + b * l22, a * l31 + b * l32 + c * l33]) {
+            series[line % STEPS] += value;
         }
     }
-    layout.cascades.iter().map(|cascade| if foams(cascade) { low } else { NEVER }).collect()
+    // Scalar code rounds alike on every processor.
+    let transform = FftPlannerScalar::new().plan_fft_inverse(STEPS);
+    let mut scratch = vec![Complex32::ZERO; transform.get_inplace_scratch_len()];
+    series.iter_mut().for_each(|series| transform.process_with_scratch(series, &mut scratch));
+    series
 }

@@ -41,6 +41,12 @@ impl Cascade {
         2.0 * PI / self.patch_m
     }
 
+    /// Wave vectors (kx, kz), rad/m, of the cells of an energy table: rows of m = -half..=half, each of n.
+    pub fn wave_vectors(&self) -> impl Iterator<Item = (f64, f64)> {
+        let (half, dk) = (self.half as i32, self.dk());
+        (-half..=half).flat_map(move |m| (-half..=half).map(move |n| (f64::from(n) * dk, f64::from(m) * dk)))
+    }
+
     /// Share of the energy at wavenumber `k` that is this cascade's.
     pub fn weight(&self, k: f64) -> f64 {
         let rise = if self.from_k == 0.0 { 1.0 } else { overlap(k / self.from_k) };

@@ -104,6 +104,13 @@ impl Spectrum {
         Some(found)
     }
 
+    /// Share of the energy in waves shorter than this, metres.
+    pub fn share_shorter_than(&self, wavelength_m: f64) -> f64 {
+        let Some((low, high)) = self.range() else { return 0.0 };
+        let from = (2.0 * PI / wavelength_m).clamp(low, high);
+        self.dispersion.integrate(from, high, |k, omega, cg| self.over_wavenumber(k, omega, cg)) / self.m0
+    }
+
     /// Range of wavenumbers that holds energy, rad/m; `None` for a flat sea.
     pub fn range(&self) -> Option<(f64, f64)> {
         let systems = self.systems.iter().map(|system| system.range(&self.dispersion));

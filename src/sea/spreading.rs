@@ -94,9 +94,25 @@ pub struct Spreader {
     norms: [Vec<f64>; 2],
 }
 
-/// Where the table of normalisations begins and ends, in ln(w / wp), and its nodes.
-const NORM_RANGE: (f64, f64) = (-2.5, 3.5);
-const NORM_NODES: usize = 240;
+/// Values of w / wp between which a normalisation is smooth: Donelan & Banner's pieces, and where tables end.
+const KNOTS: [f64; 5] = [0.08, 0.56, 0.95, 1.6, 33.0];
+/// Nodes between two knots, evenly in the logarithm.
+const NODES: usize = 100;
+
+/// Place of `x` in a table of normalisations, in nodes. Beyond its ends both factors hardly change.
+fn place(x: f64) -> f64 {
+    let x = x.clamp(KNOTS[0], KNOTS[4]);
+    let piece = KNOTS[1..4].iter().filter(|knot| x >= **knot).count();
+    let (low, high) = (libm::log(KNOTS[piece]), libm::log(KNOTS[piece + 1]));
+    (piece as f64 + (libm::log(x) - low) / (high - low)) * NODES as f64
+}
+
+/// The inverse of [`place`] at a node.
+fn node_x(node: usize) -> f64 {
+    let piece = (node / NODES).min(KNOTS.len() - 2);
+    let (low, high) = (libm::log(KNOTS[piece]), libm::log(KNOTS[piece + 1]));
+    libm::exp(low + (high - low) * (node - piece * NODES) as f64 / NODES as f64)
+}
 
 impl Spreader {
     /// Prepares a spreading. `inverse_age` is U wp / g; `elongation` Horvath's xi.
@@ -105,7 +121,8 @@ impl Spreader {
         if elongation > 0.0 {
             for (i, form) in [settings.form, settings.with].into_iter().enumerate() {
                 if spreader.s(form, 1.0).is_none() && (i == 0 || settings.blend > 0.0) {
-                    spreader.norms[i] = (0..=NORM_NODES).map(|node| spreader.norm(form, node)).collect();
+                    spreader.norms[i] =
+                        (0..=NODES * (KNOTS.len() - 1)).map(|node| spreader.norm(form, node_x(node))).collect();
                 }
             }
         }
@@ -135,11 +152,9 @@ impl Spreader {
         if norms.is_empty() || plain == 0.0 {
             return plain;
         }
-        let at = (libm::log(x) - NORM_RANGE.0) / (NORM_RANGE.1 - NORM_RANGE.0) * NORM_NODES as f64;
-        let at = at.clamp(0.0, NORM_NODES as f64);
-        let low = (at as usize).min(NORM_NODES - 1);
+        let at = place(x);
+        let low = (at as usize).min(norms.len() - 2);
         let norm = norms[low] + (norms[low + 1] - norms[low]) * (at - low as f64);
-        // Beyond its ends the table holds: both factors hardly change there.
         plain * squeeze(elongation, cos_theta) * norm
     }
 
@@ -162,9 +177,9 @@ impl Spreader {
         }
     }
 
-    fn norm(&self, form: SpreadingForm, node: usize) -> f64 {
-        const STEPS: u32 = 720;
-        let x = libm::exp(NORM_RANGE.0 + (NORM_RANGE.1 - NORM_RANGE.0) * node as f64 / NORM_NODES as f64);
+    /// What brings the integral of an elongated form to 1.
+    fn norm(&self, form: SpreadingForm, x: f64) -> f64 {
+        const STEPS: u32 = 360;
         let elongation = horvath_swell_s(x, self.elongation);
         let at = |i: u32| {
             let cos = libm::cos((f64::from(i) + 0.5) * PI / f64::from(STEPS));

@@ -3,21 +3,24 @@
 use rayon::prelude::*;
 
 use super::cell::Cell;
-use super::dispersion::Dispersion;
 use super::layout::{Cascade, Layout};
 use super::spectrum::Spectrum;
+use super::strain::Strain;
 use crate::scene::SeaState;
 
 /// Cells this near to the origin are wide in angle and in frequency: they begin in more pieces.
 const SPLITS: [(i32, u32); 3] = [(3, 6), (8, 3), (20, 2)];
+
+/// Cells of a cascade on a usual grid.
+const USUAL_CELLS: f64 = 87.0 * 87.0;
 
 /// What one sea state gives every mode. Rows of m = -half..=half, each of n = -half..=half.
 #[derive(Clone, Debug)]
 pub struct EnergyTable {
     /// E of each cell, m^2, per cascade.
     pub energy: Vec<Vec<f64>>,
-    /// Variance of each cascade's horizontal stretch at choppiness 1: sum of k^2 E times the depth widening squared.
-    pub stretch_variance: Vec<f64>,
+    /// Horizontal strain of each cascade.
+    pub strain: Vec<Strain>,
     /// m0 of the spectrum that was wanted, m^2.
     pub wanted_m0: f64,
 }
@@ -27,9 +30,9 @@ impl EnergyTable {
     pub fn build(state: &SeaState, layout: &Layout) -> Self {
         let spectrum = Spectrum::new(state);
         let energy: Vec<_> = layout.cascades.iter().map(|cascade| cascade_energy(&spectrum, cascade)).collect();
-        let stretch = |(c, e): (&Cascade, &Vec<f64>)| stretch_variance(spectrum.dispersion(), c, e);
-        let stretch_variance = layout.cascades.iter().zip(&energy).map(stretch).collect();
-        Self { energy, stretch_variance, wanted_m0: spectrum.m0() }
+        let strain = |(c, e): (&Cascade, &Vec<f64>)| Strain::of_cascade(spectrum.dispersion(), c, e);
+        let strain = layout.cascades.iter().zip(&energy).map(strain).collect();
+        Self { energy, strain, wanted_m0: spectrum.m0() }
     }
 
     /// m0 that the modes hold, m^2.
@@ -46,8 +49,9 @@ fn cascade_energy(spectrum: &Spectrum, cascade: &Cascade) -> Vec<f64> {
         let weight = cascade.weight(libm::sqrt(kx * kx + kz * kz));
         if weight > 0.0 { weight * spectrum.density(kx, kz) } else { 0.0 }
     };
-    // Together, cells of a difference this small are below 1e-4 of the energy.
-    let negligible = 1e-4 * spectrum.m0() / (side * side) as f64;
+    // Together, cells of a difference this small are below 1e-4 of the energy on a usual grid; the same on every grid,
+    // so that a mode has the same energy on each.
+    let negligible = 1e-4 * spectrum.m0() / USUAL_CELLS;
     let mut energy = vec![0.0; side * side];
     energy.par_chunks_mut(side).enumerate().for_each(|(row_index, row)| {
         let m = row_index as i32 - half;
@@ -61,14 +65,4 @@ fn cascade_energy(spectrum: &Spectrum, cascade: &Cascade) -> Vec<f64> {
         }
     });
     energy
-}
-
-fn stretch_variance(dispersion: &Dispersion, cascade: &Cascade, energy: &[f64]) -> f64 {
-    let side = 2 * cascade.half + 1;
-    let stretch = |i: usize| {
-        let (n, m) = ((i % side) as f64 - cascade.half as f64, (i / side) as f64 - cascade.half as f64);
-        let k = libm::hypot(n, m) * cascade.dk();
-        if k == 0.0 { 0.0 } else { k * dispersion.depth_widening(k) }
-    };
-    energy.iter().enumerate().map(|(i, e)| stretch(i) * stretch(i) * e).sum()
 }

@@ -10,12 +10,13 @@ use rustfft::num_complex::Complex64;
 
 use super::dispersion::Dispersion;
 use super::draw::Draw;
-use super::foam_threshold::foam_thresholds;
+use super::foam_threshold::FoamThresholds;
 use super::layout::Layout;
 use super::modes::{CascadeModes, Mode, Sea};
 use super::phase::{cycles_per_repeat, turn_of_tick};
-use super::spectrum::Spectrum;
+use super::statistics::Statistics;
 use super::table::EnergyTable;
+use super::warnings::warnings;
 use crate::scene::{Change, Foam, Scene, SeaState};
 
 /// Most transitions under way at one tick; each costs memory and a share of every frame.
@@ -32,6 +33,7 @@ pub struct Timeline {
     draw: Arc<Draw>,
     /// In order of (effective tick, sequence); the first is the scene itself, in effect since for ever.
     stages: Vec<Stage>,
+    warnings: Arc<[String]>,
 }
 
 #[derive(Clone, Debug)]
@@ -48,8 +50,7 @@ struct Stage {
 #[derive(Debug)]
 struct StageEnergy {
     table: EnergyTable,
-    /// Per cascade.
-    foam_thresholds: Vec<f64>,
+    foam: FoamThresholds,
 }
 
 /// How the modes of every cascade turn: the same for all stages with the same water.
@@ -77,32 +78,16 @@ impl Timeline {
             layout: Arc::new(layout),
             draw: Arc::new(draw),
             stages: vec![first],
+            warnings: Arc::default(),
         };
         for change in changes {
             timeline.insert(*change);
         }
         timeline.prepare(now);
-        timeline.warn();
+        let newest = timeline.newest(now);
+        let (energy, state) = (timeline.energy(newest), &timeline.stages[newest].state);
+        timeline.warnings = warnings(scene, state, &timeline.layout, &energy.table).into();
         timeline
-    }
-
-    /// Says what of the scene an operator would not expect.
-    fn warn(&self) {
-        let spectrum = Spectrum::new(&self.scene.sea);
-        let seconds = self.scene.repeat.ticks as f64 / 7200.0;
-        if let Some(period) = spectrum.longest_period_s().filter(|period| seconds < 20.0 * period) {
-            tracing::warn!(
-                "the loop of {seconds} s is under 20 peak periods of {period:.1} s: wave speeds are rounded"
-            );
-        }
-        let Some(measured) = spectrum.measured() else { return };
-        let (infeasible, missing) = (measured.infeasible(), measured.missing());
-        if infeasible + missing > 0 {
-            tracing::warn!(
-                "the record has {infeasible} frequencies whose directions no sea can have, changed to the nearest, and \
-                 {missing} without directions, spread evenly"
-            );
-        }
     }
 
     /// The timeline with one more change, for ticks from shortly before `now` on.
@@ -140,15 +125,37 @@ impl Timeline {
 
     /// Significant wave height of the modes at a tick, metres: 4 sqrt of their summed energies.
     pub fn hs_at(&self, tick: i64) -> f64 {
+        4.0 * libm::sqrt(self.energies_at(tick).iter().flatten().sum())
+    }
+
+    /// Energy of every mode at a tick, m^2, as in an [`EnergyTable`].
+    fn energies_at(&self, tick: i64) -> Vec<Vec<f64>> {
         let parts = self.parts(tick);
-        let mut m0 = 0.0;
-        for cascade in 0..self.layout.cascades.len() {
-            for i in 0..parts[0].0.table.energy[cascade].len() {
-                let root: f64 = parts.iter().map(|(part, w)| w * libm::sqrt(part.table.energy[cascade][i])).sum();
-                m0 += root * root;
-            }
-        }
-        4.0 * libm::sqrt(m0)
+        let cascade = |cascade: usize| {
+            let root = |i: usize| parts.iter().map(|(part, w)| w * libm::sqrt(part.table.energy[cascade][i])).sum();
+            let energy = |i: usize| {
+                let root: f64 = root(i);
+                root * root
+            };
+            (0..parts[0].0.table.energy[cascade].len()).map(energy).collect()
+        };
+        (0..self.layout.cascades.len()).map(cascade).collect()
+    }
+
+    /// What the sea of a tick is like.
+    pub fn statistics_at(&self, tick: i64) -> Statistics {
+        let newest = self.newest(tick);
+        let dispersion = Dispersion::new(self.stages[newest].state.water);
+        let parts = self.parts(tick);
+        let coverage = parts.iter().map(|(part, w)| w * part.foam.coverage).sum();
+        let choppiness = self.scene.effects.choppiness;
+        let wanted_m0 = self.energy(newest).table.wanted_m0;
+        Statistics::new(&dispersion, &self.layout, &self.energies_at(tick), wanted_m0, coverage, choppiness)
+    }
+
+    /// What an operator would not expect of the scene.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// 4 sqrt(m0) of the spectrum that is wanted at a tick, resolved by the cascades or not, metres.
@@ -183,7 +190,7 @@ impl Timeline {
                 let widening = widenings.iter().map(|(r, w)| w * r.widening[index][i]).sum();
                 Mode { forward, backward, cycles, offset, widening }
             };
-            let foam_threshold = parts.iter().map(|(part, w)| w * part.foam_thresholds[index]).sum();
+            let foam_threshold = parts.iter().map(|(part, w)| w * part.foam.jacobian[index]).sum();
             CascadeModes { cascade, foam_threshold, modes: (0..(half + 1) * side).map(mode).collect() }
         };
         Sea {
@@ -224,9 +231,10 @@ impl Timeline {
         let build = || {
             let table = EnergyTable::build(&stage.state, &self.layout);
             let effects = &self.scene.effects;
-            let thresholds = |foam| foam_thresholds(&stage.state, &self.layout, &table, effects.choppiness, foam);
-            let foam_thresholds = effects.foam.as_ref().map_or(vec![0.0; self.layout.cascades.len()], thresholds);
-            Arc::new(StageEnergy { table, foam_thresholds })
+            let thresholds =
+                |foam: &Foam| FoamThresholds::new(&stage.state, &self.layout, &table, effects.choppiness, foam);
+            let foam = effects.foam.as_ref().map_or_else(|| FoamThresholds::none(&self.layout), thresholds);
+            Arc::new(StageEnergy { table, foam })
         };
         Arc::clone(stage.energy.get_or_init(build))
     }

@@ -5,9 +5,7 @@ use std::f64::consts::PI;
 use swellcast::scene::{PRESETS, SceneFile, Water, WindSea, preset};
 use swellcast::sea::{self, Dispersion, Jonswap, Timeline};
 
-fn close(got: f64, want: f64, relative: f64) {
-    assert!((got - want).abs() <= relative * want.abs(), "got {got}, want {want} within {relative}");
-}
+use crate::support::close;
 
 #[test]
 fn jonswap_by_wind_and_fetch_has_the_published_heights_and_peaks() {

@@ -37,6 +37,11 @@ pub fn cpu_fields(timeline: &Timeline, tick: i64, cascade: usize, fields: &[Fiel
     fields.iter().map(|field| surface.cascades[cascade].plane(*field).unwrap().to_vec()).collect()
 }
 
+/// Holds a number to another, within a share of it.
+pub fn close(got: f64, want: f64, relative: f64) {
+    assert!((got - want).abs() <= relative * want.abs(), "got {got}, want {want} within {relative}");
+}
+
 /// Largest difference of two fields.
 pub fn max_error(a: &[f32], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());

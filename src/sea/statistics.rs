@@ -1,0 +1,116 @@
+//! What a sea is like in numbers: heights, periods, slopes and directions, from the energies of its modes.
+
+use std::f64::consts::PI;
+
+use serde::Serialize;
+
+use super::dispersion::Dispersion;
+use super::layout::Layout;
+use super::strain::Strain;
+use crate::scene::wmo_sea_state;
+
+/// Frequencies are told apart by this ratio.
+pub const FREQUENCY_BIN: f64 = 1.03;
+
+/// Statistics of a sea: expectations over all phases, not of one moment.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Statistics {
+    /// Significant wave height of the modes, 4 sqrt(m0), metres.
+    pub hs_m: f64,
+    /// The same of the spectrum that is wanted, resolved or not.
+    pub wanted_hs_m: f64,
+    /// Zeroth moment of the modes, m^2.
+    pub m0_m2: f64,
+    /// Zeroth moment of the spectrum that is wanted, m^2.
+    pub wanted_m0_m2: f64,
+    /// Sea state by WMO code 3700.
+    pub sea_state: u8,
+    /// Peak period, seconds, to 3 %; null for a flat sea.
+    pub tp_s: Option<f64>,
+    /// Mean zero-crossing period 2 pi sqrt(m0 / m2), seconds; null for a flat sea.
+    pub tz_s: Option<f64>,
+    /// Mean square of the slope of the surface at rest, resolved waves only.
+    pub mean_square_slope: f64,
+    /// Significant steepness 2 pi Hs / (g Tz^2); null for a flat sea.
+    pub steepness: Option<f64>,
+    /// Mean direction that waves come from, degrees clockwise from north; null where none prevails.
+    pub direction_from_deg: Option<f64>,
+    /// Spread of directions, degrees (Kuik et al. 1988); null for a flat sea.
+    pub spread_deg: Option<f64>,
+    /// Share of the area that foam covers.
+    pub foam_coverage: f64,
+    /// Share of the surface that folds over itself: Jacobian of all cascades below 0.
+    pub folded_fraction: f64,
+}
+
+impl Statistics {
+    /// Of the energies of a layout's modes (as in an energy table, m^2).
+    pub fn new(
+        dispersion: &Dispersion,
+        layout: &Layout,
+        energy: &[Vec<f64>],
+        wanted_m0: f64,
+        foam_coverage: f64,
+        choppiness: f64,
+    ) -> Self {
+        let mut bins = Bins::default();
+        let (mut m0, mut m2, mut slope, mut x, mut z) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let mut strain = Strain::default();
+        for (cascade, energy) in layout.cascades.iter().zip(energy) {
+            for ((kx, kz), e) in cascade.wave_vectors().zip(energy).filter(|(_, e)| **e > 0.0) {
+                let k = libm::hypot(kx, kz);
+                let omega = dispersion.omega(k);
+                (m0, m2, slope) = (m0 + e, m2 + omega * omega * e, slope + k * k * e);
+                (x, z) = (x + e * kx / k, z + e * kz / k);
+                let half = 0.5 * cascade.dk();
+                bins.spread(dispersion.omega((k - half).max(0.5 * half)), dispersion.omega(k + half), *e);
+            }
+            strain = strain.plus(&Strain::of_cascade(dispersion, cascade, energy));
+        }
+        let moving = m0 > 0.0;
+        let tz = 2.0 * PI * libm::sqrt(m0 / m2);
+        let hs = 4.0 * libm::sqrt(m0);
+        let r1 = libm::hypot(x, z) / m0;
+        let folds = moving && choppiness > 0.0;
+        Self {
+            hs_m: hs,
+            wanted_hs_m: 4.0 * libm::sqrt(wanted_m0),
+            m0_m2: m0,
+            wanted_m0_m2: wanted_m0,
+            sea_state: wmo_sea_state(hs),
+            tp_s: bins.peak().map(|omega| 2.0 * PI / omega),
+            tz_s: moving.then_some(tz),
+            mean_square_slope: slope,
+            steepness: moving.then(|| 2.0 * PI * hs / (dispersion.water().gravity * tz * tz)),
+            // Travel toward (x, z) comes from (-x, -z); z points south.
+            direction_from_deg: (moving && r1 > 1e-3).then(|| libm::atan2(-x, z).to_degrees().rem_euclid(360.0)),
+            spread_deg: moving.then(|| libm::sqrt(2.0 * (1.0 - r1).max(0.0)).to_degrees()),
+            foam_coverage,
+            folded_fraction: if folds { strain.below(0.0, choppiness) } else { 0.0 },
+        }
+    }
+}
+
+/// Energy by frequency, in bins of equal ratio.
+#[derive(Debug, Default)]
+struct Bins(std::collections::BTreeMap<i32, f64>);
+
+impl Bins {
+    /// Spreads a cell's energy evenly over the logarithm of its frequencies.
+    fn spread(&mut self, low: f64, high: f64, energy: f64) {
+        let at = |omega: f64| libm::log(omega) / libm::log(FREQUENCY_BIN);
+        let (low, high) = (at(low), at(high));
+        for bin in low.floor() as i32..=high.floor() as i32 {
+            let inside = high.min(f64::from(bin + 1)) - low.max(f64::from(bin));
+            *self.0.entry(bin).or_default() += energy * inside / (high - low);
+        }
+    }
+
+    /// Angular frequency of the highest density, rad/s.
+    fn peak(&self) -> Option<f64> {
+        // Density is energy over width, and widths grow with the frequency.
+        let centre = |bin: i32| libm::pow(FREQUENCY_BIN, f64::from(bin) + 0.5);
+        let density = |(bin, energy): &(&i32, &f64)| *energy / centre(**bin);
+        self.0.iter().max_by(|a, b| density(a).total_cmp(&density(b))).map(|(bin, _)| centre(*bin))
+    }
+}
