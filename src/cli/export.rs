@@ -66,6 +66,8 @@ pub fn run(arguments: &ExportArguments) -> Result<()> {
         "patch_m": layout.iter().map(|c| c.patch_m).collect::<Vec<_>>(),
         "n": layout.iter().map(|c| c.n).collect::<Vec<_>>(),
         "choppiness": scene.effects.choppiness,
+        "statistics": timeline.statistics_at(tick),
+        "warnings": timeline.warnings(),
         "backend": format!("{:?}", arguments.backend).to_lowercase(),
     });
     npz.text("meta", &meta.to_string())?;

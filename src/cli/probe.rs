@@ -36,6 +36,7 @@ pub fn run(arguments: &ProbeArguments) -> Result<()> {
     let mut answer = serde_json::to_value(found)?;
     answer["tick"] = tick.into();
     answer["hs_m"] = timeline.hs_at(tick).into();
+    answer["statistics"] = serde_json::to_value(timeline.statistics_at(tick))?;
     println!("{answer:#}");
     Ok(())
 }

@@ -68,6 +68,9 @@ async fn serve(arguments: ServeArguments) -> Result<()> {
     };
     let address = listener.local_addr()?;
     let ocean = tokio::task::spawn_blocking(move || Ocean::start(store, begun, settings)).await?;
+    for warning in ocean.current().timeline.warnings() {
+        tracing::warn!("{warning}");
+    }
     let kept = match &arguments.data {
         Some(folder) => format!("Changes are kept in {}: {changes} so far, tick {tick}.", folder.display()),
         None => "Changes are kept in memory; --data DIR keeps them through restarts.".to_owned(),

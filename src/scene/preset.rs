@@ -13,6 +13,8 @@ presets! {
     "beaufort-1", "beaufort-2", "beaufort-3", "beaufort-4", "beaufort-5",
     "beaufort-6", "beaufort-7", "beaufort-8", "beaufort-9", "beaufort-10",
     "ulsan-calm", "ulsan-medium", "ulsan-rough", "swell-and-wind-sea", "ndbc-41010",
+    "long-swell", "shallow-bay", "hurricane", "pierson-moskowitz", "elfouhaily", "phillips", "ochi-hubble",
+    "ndbc-41010-replay",
 }
 
 /// The preset of this name.

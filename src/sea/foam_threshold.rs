@@ -26,16 +26,22 @@ const SHORTEST_WHITECAP_M: f64 = 2.5;
 /// Threshold of a cascade that never foams: no Jacobian comes near it.
 const NEVER: f64 = -1e6;
 
-/// Foam steps of a particle's history: 3.6 hours, of which two independent ones come out of one transform.
-const STEPS: usize = 1 << 17;
+/// Foam steps of a particle's history: 7.3 hours, of which two independent ones come out of one transform.
+const STEPS: usize = 1 << 18;
 /// Steps at its beginning that fill foam's memory.
 const FILLING: usize = 200;
 /// Frequencies that its strain is told apart by.
 const FREQUENCIES: usize = 64;
 /// Thresholds, in deviations of the stretch below 1, at which coverage is counted.
-const LADDER: [f64; 8] = [1.2, 1.5, 1.8, 2.1, 2.4, 2.7, 3.0, 3.4];
-/// Covered steps that a count needs to be of use.
-const LEAST_COUNT: f64 = 200.0;
+const LADDER: [f64; 7] = [1.5, 1.8, 2.1, 2.4, 2.7, 3.0, 3.3];
+/// The middle of them, about which the fit is written.
+const MIDDLE: f64 = 2.4;
+/// Thresholds at which the fit is trusted.
+const TRUSTED: (f64, f64) = (1.2, 4.5);
+/// Covered steps that a count needs to be of use, and beyond which it is no better.
+const COUNTS: (f64, f64) = (200.0, 10_000.0);
+/// Water this far below the threshold makes foam that covers.
+const COVERING: f64 = Foam::COVERS * Foam::SOURCE_WIDTH;
 
 /// Foam of a sea state.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,9 +90,9 @@ impl FoamThresholds {
 struct Breakers {
     strain: Strain,
     choppiness: f64,
-    /// Logarithm of covered over broken area: its value at 2 deviations and its slope. Foam outlives its breaker, and
-    /// the rarer the breakers the shorter they are, so this rises evenly with the deviations.
-    persistence: (f64, f64),
+    /// Logarithm of covered over broken area, as a parabola of the deviations beyond the middle of the ladder; `None`
+    /// where nothing covers. Foam outlives its breaker, and the rarer breakers are the shorter, so this varies little.
+    persistence: Option<[f64; 3]>,
 }
 
 impl Breakers {
@@ -99,38 +105,61 @@ impl Breakers {
         foam: &Foam,
     ) -> Self {
         let history = history(dispersion, cascade, energy, choppiness);
-        let mut breakers = Self { strain, choppiness, persistence: (0.0, 0.0) };
-        // A straight line through the counts, each weighing what it counts.
-        let (mut w, mut x, mut y, mut xx, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let mut breakers = Self { strain, choppiness, persistence: None };
+        let mut points = Vec::with_capacity(LADDER.len());
         for deviations in LADDER {
             let threshold = 1.0 - deviations * choppiness * strain.stretch();
             let counted = history.iter().map(|jacobian| count(jacobian, threshold, foam)).sum::<f64>();
             let broken = breakers.broken(threshold);
-            if counted < LEAST_COUNT || broken <= 0.0 {
+            if counted < COUNTS.0 || broken <= 0.0 {
                 break;
             }
             let share = counted / (history.len() * (STEPS - FILLING)) as f64;
-            let (at, value) = (deviations - 2.0, libm::log(share / broken));
-            (w, x, y) = (w + counted, x + counted * at, y + counted * value);
-            (xx, xy) = (xx + counted * at * at, xy + counted * at * value);
+            points.push((deviations - MIDDLE, libm::log(share / broken), counted.min(COUNTS.1)));
         }
-        let spread = w * xx - x * x;
-        if spread > 0.0 {
-            let slope = (w * xy - x * y) / spread;
-            breakers.persistence = ((y - slope * x) / w, slope);
-        }
+        breakers.persistence = parabola(&points);
         breakers
     }
 
     fn broken(&self, threshold: f64) -> f64 {
-        self.strain.below(threshold, self.choppiness)
+        self.strain.below(threshold - COVERING, self.choppiness)
     }
 
     fn coverage(&self, threshold: f64) -> f64 {
+        let Some([a, b, c]) = self.persistence else { return 0.0 };
         let deviations = (1.0 - threshold) / (self.choppiness * self.strain.stretch());
-        let (at_two, slope) = self.persistence;
-        (self.broken(threshold) * libm::exp(at_two + slope * (deviations - 2.0))).min(1.0)
+        let at = deviations.clamp(TRUSTED.0, TRUSTED.1) - MIDDLE;
+        (self.broken(threshold) * libm::exp(a + at * (b + at * c))).min(1.0)
     }
+}
+
+/// The parabola a + b x + c x^2 nearest to points (x, y, weight); a line or a level through fewer than three.
+fn parabola(points: &[(f64, f64, f64)]) -> Option<[f64; 3]> {
+    let terms = points.len().min(3);
+    // Normal equations, solved by elimination: they are positive definite.
+    let mut rows = [[0.0; 4]; 3];
+    for (x, y, weight) in points {
+        let powers = [1.0, *x, x * x];
+        for (row, power) in rows.iter_mut().zip(powers) {
+            for (cell, value) in row.iter_mut().zip([1.0, *x, x * x, *y]) {
+                *cell += weight * power * value;
+            }
+        }
+    }
+    for i in 0..terms {
+        for below in i + 1..terms {
+            let factor = rows[below][i] / rows[i][i];
+            for column in i..4 {
+                rows[below][column] -= factor * rows[i][column];
+            }
+        }
+    }
+    let mut solved = [0.0; 3];
+    for i in (0..terms).rev() {
+        let known: f64 = (i + 1..terms).map(|j| rows[i][j] * solved[j]).sum();
+        solved[i] = (rows[i][3] - known) / rows[i][i];
+    }
+    (terms > 0).then_some(solved)
 }
 
 /// Steps at which foam covers, after the filling.

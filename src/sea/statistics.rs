@@ -1,11 +1,12 @@
 //! What a sea is like in numbers: heights, periods, slopes and directions, from the energies of its modes.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use serde::Serialize;
 
 use super::dispersion::Dispersion;
-use super::layout::Layout;
+use super::layout::{Cascade, Layout};
 use super::strain::Strain;
 use crate::scene::wmo_sea_state;
 
@@ -57,13 +58,15 @@ impl Statistics {
         let (mut m0, mut m2, mut slope, mut x, mut z) = (0.0, 0.0, 0.0, 0.0, 0.0);
         let mut strain = Strain::default();
         for (cascade, energy) in layout.cascades.iter().zip(energy) {
-            for ((kx, kz), e) in cascade.wave_vectors().zip(energy).filter(|(_, e)| **e > 0.0) {
+            for ((kx, kz), e) in cascade.wave_vectors().zip(energy) {
                 let k = libm::hypot(kx, kz);
+                if k == 0.0 {
+                    continue;
+                }
                 let omega = dispersion.omega(k);
                 (m0, m2, slope) = (m0 + e, m2 + omega * omega * e, slope + k * k * e);
                 (x, z) = (x + e * kx / k, z + e * kz / k);
-                let half = 0.5 * cascade.dk();
-                bins.spread(dispersion.omega((k - half).max(0.5 * half)), dispersion.omega(k + half), *e);
+                bins.spread(dispersion, cascade, k, *e);
             }
             strain = strain.plus(&Strain::of_cascade(dispersion, cascade, energy));
         }
@@ -78,7 +81,7 @@ impl Statistics {
             m0_m2: m0,
             wanted_m0_m2: wanted_m0,
             sea_state: wmo_sea_state(hs),
-            tp_s: bins.peak().map(|omega| 2.0 * PI / omega),
+            tp_s: bins.peak(dispersion).map(|omega| 2.0 * PI / omega),
             tz_s: moving.then_some(tz),
             mean_square_slope: slope,
             steepness: moving.then(|| 2.0 * PI * hs / (dispersion.water().gravity * tz * tz)),
@@ -91,26 +94,37 @@ impl Statistics {
     }
 }
 
-/// Energy by frequency, in bins of equal ratio.
+/// Energy by frequency, in bins of equal ratio, beside the area of the wave-vector plane that holds it.
 #[derive(Debug, Default)]
-struct Bins(std::collections::BTreeMap<i32, f64>);
+struct Bins(BTreeMap<i32, (f64, f64)>);
 
 impl Bins {
-    /// Spreads a cell's energy evenly over the logarithm of its frequencies.
-    fn spread(&mut self, low: f64, high: f64, energy: f64) {
-        let at = |omega: f64| libm::log(omega) / libm::log(FREQUENCY_BIN);
-        let (low, high) = (at(low), at(high));
+    /// Spreads the cell of a mode evenly over the logarithm of its frequencies. Where cascades share the plane, each has
+    /// its share of the area, too, so that densities stay true however coarse the cells are.
+    fn spread(&mut self, dispersion: &Dispersion, cascade: &Cascade, k: f64, energy: f64) {
+        let dk = cascade.dk();
+        let weight = [-0.4, -0.2, 0.0, 0.2, 0.4].map(|off| cascade.weight(k + off * dk)).iter().sum::<f64>() / 5.0;
+        if weight == 0.0 && energy == 0.0 {
+            return;
+        }
+        let at = |k: f64| libm::log(dispersion.omega(k)) / libm::log(FREQUENCY_BIN);
+        let (low, high) = (at((k - 0.5 * dk).max(0.25 * dk)), at(k + 0.5 * dk));
         for bin in low.floor() as i32..=high.floor() as i32 {
-            let inside = high.min(f64::from(bin + 1)) - low.max(f64::from(bin));
-            *self.0.entry(bin).or_default() += energy * inside / (high - low);
+            let inside = (high.min(f64::from(bin + 1)) - low.max(f64::from(bin))) / (high - low);
+            let (sum, area) = self.0.entry(bin).or_default();
+            (*sum, *area) = (*sum + energy * inside, *area + weight * dk * dk * inside);
         }
     }
 
-    /// Angular frequency of the highest density, rad/s.
-    fn peak(&self) -> Option<f64> {
-        // Density is energy over width, and widths grow with the frequency.
+    /// Angular frequency of the highest density S(w), rad/s.
+    fn peak(&self, dispersion: &Dispersion) -> Option<f64> {
         let centre = |bin: i32| libm::pow(FREQUENCY_BIN, f64::from(bin) + 0.5);
-        let density = |(bin, energy): &(&i32, &f64)| *energy / centre(**bin);
-        self.0.iter().max_by(|a, b| density(a).total_cmp(&density(b))).map(|(bin, _)| centre(*bin))
+        let density = |bin: i32, energy: f64, area: f64| {
+            let k = dispersion.wavenumber(centre(bin));
+            if area > 0.0 { energy / area * k / dispersion.group_velocity(k) } else { 0.0 }
+        };
+        let densities = self.0.iter().map(|(bin, (energy, area))| (*bin, density(*bin, *energy, *area)));
+        let (bin, highest) = densities.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (highest > 0.0).then(|| centre(bin))
     }
 }

@@ -39,6 +39,7 @@ pub fn router(ocean: Arc<Ocean>) -> Router {
         .route("/v1/scenes/{name}/wind", put(wind))
         .route("/v1/scenes/{name}/sea", patch(sea))
         .route("/v1/scenes/{name}/log", get(log))
+        .route("/v1/scenes/{name}/statistics", get(statistics))
         .route("/v1/time", get(time))
         .route("/v1/stream", get(upgrade::stream))
         .route("/livez", get(async || text("alive\n")))
@@ -87,6 +88,7 @@ async fn scene(State(ocean): Served, name: Name) -> Result<Response, Problem> {
         "epoch": ocean.epoch.to_string(),
         "sequence": current.sequence,
         "layout": hello::layout(current.timeline.layout()),
+        "warnings": current.timeline.warnings(),
         "state": {
             "tick": status.tick,
             "sequence": status.sequence,
@@ -97,6 +99,18 @@ async fn scene(State(ocean): Served, name: Name) -> Result<Response, Problem> {
             "depth_m": status.depth_m,
         },
     });
+    Ok((tag(current.sequence), answer(StatusCode::OK, &body)).into_response())
+}
+
+/// What the sea is like now.
+async fn statistics(State(ocean): Served, name: Name) -> Result<Response, Problem> {
+    served(&ocean, name)?;
+    let (current, tick) = (ocean.current(), ocean.tick());
+    let timeline = current.timeline;
+    // Sums over all modes.
+    let told = spawn_blocking(move || serde_json::to_value(timeline.statistics_at(tick))).await;
+    let Ok(Ok(mut body)) = told else { return Err(Problem::internal("the statistics can't be made")) };
+    body["tick"] = tick.into();
     Ok((tag(current.sequence), answer(StatusCode::OK, &body)).into_response())
 }
 

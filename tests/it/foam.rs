@@ -1,9 +1,14 @@
 //! Laws of foam: it covers what the wind calls for, closes with its loop, and knows nothing of frame rates.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use swellcast::backend::{Backend, Cpu};
+use swellcast::engine::{Demand, Stepper};
 use swellcast::plan::{CascadePlan, Field, FieldSet, FoamWork, Plan};
 use swellcast::scene::{Foam, Scene, preset};
 use swellcast::sea::Timeline;
+use swellcast::wire::{ErrorClass, Group, UnitName};
 
 use crate::random::Random;
 
@@ -55,7 +60,7 @@ fn coverage(scene: &Scene, seconds: i64) -> f64 {
 #[test]
 fn whitecaps_cover_what_the_wind_calls_for() {
     let full = std::env::var("SWELLCAST_FULL").is_ok();
-    let (seeds, seconds, within) = if full { (20, 60, 0.2) } else { (3, 10, 0.5) };
+    let (seeds, seconds, within) = if full { (20, 60, 0.2) } else { (3, 10, 0.3) };
     for speed in [8.0, 12.0, 16.0, 20.0_f64] {
         let mut scene = preset("beaufort-5").unwrap();
         scene.sea.wind.as_mut().unwrap().speed_mps = speed;
@@ -72,4 +77,61 @@ fn whitecaps_cover_what_the_wind_calls_for() {
         );
         assert!((mean / wanted - 1.0).abs() < within, "{speed} m/s: {mean} of {wanted}");
     }
+}
+
+#[test]
+fn a_loop_closes_to_the_last_bit_foam_included() {
+    // A second, a prime number of ticks, a length that is no multiple of the foam step, six hours.
+    for ticks in [7200, 7207, 100_000, 21_600 * 7200_i64] {
+        let mut scene = crate::support::wind_sea(16.0, 32, &[120.0, 25.0]);
+        scene.repeat.ticks = ticks as u64;
+        let timeline = Timeline::new(&scene);
+        let planes = |tick: i64| {
+            let mut stepper = Stepper::new(Box::new(Cpu::new(Some(1))), Arc::new(timeline.clone()), 1);
+            let fields = FieldSet::SPECTRAL.with(Field::Foam).with(Field::Jacobian);
+            let surface = stepper.surface(tick, fields).unwrap();
+            let plane = |c: &swellcast::backend::CascadeSurface, field| -> Vec<u32> {
+                c.plane(field).unwrap().iter().map(|v| v.to_bits()).collect()
+            };
+            surface.cascades.iter().flat_map(|c| Field::ALL.map(|field| plane(c, field))).collect::<Vec<_>>()
+        };
+        for tick in [0, 240, 6960, 7199] {
+            let once = planes(tick);
+            assert!(once.iter().any(|plane| plane.iter().any(|bits| *bits != 0)));
+            for turns in [1, 3, 1000] {
+                assert!(once == planes(tick + turns * ticks), "a loop of {ticks} ticks at {tick}, {turns} turns on");
+            }
+        }
+        assert!(ticks < 8000 || planes(240) != planes(480), "a loop moves");
+    }
+}
+
+#[test]
+fn foam_is_the_same_bytes_at_any_frame_rate() {
+    let timeline = Arc::new(Timeline::new(&crate::support::wind_sea(16.0, 64, &[300.0, 40.0])));
+    let unit = |cascade| UnitName { cascade, level: 0, class: ErrorClass::HalfMillimetre, group: Group::Foam };
+    let begin = 50 * 7200;
+    let frames = |rate: i64| {
+        let interval = 7200 / rate;
+        let demand = Demand::from([(unit(0), interval), (unit(1), interval)]);
+        let mut stepper = Stepper::new(Box::new(Cpu::new(Some(1))), Arc::clone(&timeline), 1);
+        stepper.set_demand(&demand);
+        let mut frames = BTreeMap::new();
+        for tick in (begin..begin + 2 * 7200).step_by(interval as usize) {
+            while stepper.warm_foam(tick).unwrap() {}
+            for (unit, frame) in stepper.frames(tick, &demand).unwrap().frames {
+                frames.insert((tick, unit), frame);
+            }
+        }
+        assert_eq!(frames.len() as i64, 2 * 2 * rate);
+        frames
+    };
+    let rates = [15, 30, 60, 90].map(frames);
+    for (name, frame) in &rates[0] {
+        assert!(rates[1][name] == *frame && rates[2][name] == *frame, "{name:?}");
+        // 90 and 15 Hz meet at every frame of 15, too.
+        assert!(rates[3][name] == *frame, "{name:?} at 90 Hz");
+    }
+    let distinct: std::collections::BTreeSet<_> = rates[0].values().map(|frame| frame[88..].to_vec()).collect();
+    assert!(distinct.len() > 20, "foam stands still");
 }
