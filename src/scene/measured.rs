@@ -50,11 +50,14 @@ impl MeasuredSpectrum {
     /// Most bins a record may have.
     pub const MAX_BINS: usize = 1024;
 
+    /// Least ratio of neighbouring frequencies.
+    pub const LEAST_RATIO: f64 = 1.01;
+
     /// Checks a record.
     ///
     /// # Errors
     /// [`SceneError::Bound`] when there are fewer than 2 or more than 1024 bins, when frequencies are not
-    /// ascending from above 0 to 100 Hz, or a number is out of bounds.
+    /// ascending by 1 % and more from above 0 to 100 Hz, or a number is out of bounds.
     pub fn new(bins: Vec<MeasuredBin>) -> Result<Self, SceneError> {
         if !(2..=Self::MAX_BINS).contains(&bins.len()) {
             let bound = format!("2 to {} frequencies", Self::MAX_BINS);
@@ -66,9 +69,11 @@ impl MeasuredSpectrum {
                 within(&format!("measured.bins[{i}].{name}"), value, low, high)
             };
             let frequency = check("frequency_hz", bin.frequency_hz, 1e-4, 100.0)?;
-            if frequency <= last {
+            // Nearer ones would make a spike that no grid resolves.
+            if frequency < last * Self::LEAST_RATIO {
                 let field = format!("measured.bins[{i}].frequency_hz");
-                return Err(SceneError::bound(field, frequency, format!("above {last}, the one before")));
+                let bound = format!("at least {} times {last}, the one before", Self::LEAST_RATIO);
+                return Err(SceneError::bound(field, frequency, bound));
             }
             last = frequency;
             check("density", bin.density, 0.0, 1e5)?;

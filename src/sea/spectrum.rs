@@ -13,8 +13,8 @@ pub struct Spectrum {
     dispersion: Dispersion,
     systems: Vec<System>,
     measured: Option<MeasuredSea>,
-    /// Frequency of the highest density of the measured record, rad/s.
-    measured_peak: Option<f64>,
+    /// Wavenumber of the highest density of the measured record, rad/m.
+    measured_peak_k: Option<f64>,
     m0: f64,
 }
 
@@ -23,14 +23,15 @@ impl Spectrum {
     pub fn new(state: &SeaState) -> Self {
         let dispersion = Dispersion::new(state.water);
         let wind = state.wind.iter().filter_map(|wind| System::of_wind(wind, &dispersion));
-        let systems: Vec<_> = wind.chain(state.swells.iter().filter_map(System::of_swell)).collect();
+        let systems: Vec<_> =
+            wind.chain(state.swells.iter().filter_map(|swell| System::of_swell(swell, &dispersion))).collect();
         let measured = state.measured.as_ref().filter(|record| record.m0() > 0.0);
         let m0 = systems.iter().map(System::m0).sum::<f64>() + measured.map_or(0.0, |record| record.m0());
         Self {
             dispersion,
             systems,
             measured: measured.map(MeasuredSea::new),
-            measured_peak: measured.map(|record| 2.0 * PI * record.peak_hz()),
+            measured_peak_k: measured.map(|record| dispersion.wavenumber(2.0 * PI * record.peak_hz())),
             m0,
         }
     }
@@ -80,12 +81,12 @@ impl Spectrum {
 
     /// Longest wavelength that matters, metres: the longest peak of any system; `None` for a flat sea.
     pub fn longest_peak_m(&self) -> Option<f64> {
-        self.lowest_peak().map(|peak| 2.0 * PI / self.dispersion.wavenumber(peak))
+        self.lowest_peak().map(|k| 2.0 * PI / k)
     }
 
     /// Longest peak period of any system, seconds.
     pub fn longest_period_s(&self) -> Option<f64> {
-        self.lowest_peak().map(|peak| 2.0 * PI / peak)
+        self.lowest_peak().map(|k| 2.0 * PI / self.dispersion.omega(k))
     }
 
     /// Wavenumber, rad/m, above which lies this share of the energy; `None` for a flat sea.
@@ -128,8 +129,8 @@ impl Spectrum {
     }
 
     fn lowest_peak(&self) -> Option<f64> {
-        let systems = self.systems.iter().map(System::peak);
-        let lowest = systems.chain(self.measured_peak).fold(f64::INFINITY, f64::min);
+        let systems = self.systems.iter().map(System::peak_k);
+        let lowest = systems.chain(self.measured_peak_k).fold(f64::INFINITY, f64::min);
         lowest.is_finite().then_some(lowest)
     }
 }

@@ -20,6 +20,9 @@ pub struct System {
     spreader: Spreader,
     /// Unit vector of travel (x, z).
     toward: (f64, f64),
+    /// Wavenumber of the peak, rad/m, and its angular frequency, rad/s.
+    peak_k: f64,
+    peak: f64,
     m0: f64,
 }
 
@@ -32,12 +35,25 @@ enum Shape {
 }
 
 impl Shape {
-    fn peak(&self) -> f64 {
+    /// Wavenumber of the peak, rad/m.
+    fn peak_k(&self, dispersion: &Dispersion) -> f64 {
         match self {
-            Self::Jonswap(shape) => shape.peak(),
-            Self::OchiHubble(shape) => shape.peak(),
-            Self::Elfouhaily(shape) => shape.peak(),
-            Self::Phillips(shape) => shape.peak(),
+            Self::Jonswap(shape) => dispersion.wavenumber(shape.peak()),
+            Self::OchiHubble(shape) => dispersion.wavenumber(shape.peak()),
+            Self::Elfouhaily(shape) => shape.peak_k(),
+            Self::Phillips(shape) => shape.peak_k(),
+        }
+    }
+
+    /// Range of wavenumbers, rad/m, that holds all but 1e-4 of the energy.
+    fn range(&self, peak_k: f64, dispersion: &Dispersion) -> (f64, f64) {
+        let by_frequency = |peak: f64| (dispersion.wavenumber(0.1 * peak), dispersion.wavenumber(150.0 * peak));
+        match self {
+            Self::Jonswap(shape) => by_frequency(shape.peak()),
+            Self::OchiHubble(shape) => by_frequency(shape.peak()),
+            // Its short waves have a hump of their own.
+            Self::Elfouhaily(_) => (0.01 * peak_k, (2e4 * peak_k).max(5e3)),
+            Self::Phillips(_) => (0.01 * peak_k, 2e4 * peak_k),
         }
     }
 }
@@ -57,13 +73,17 @@ impl System {
             WindModel::Phillips => Shape::Phillips(Phillips::of_wind(wind, water)?),
             _ => Shape::Jonswap(Jonswap::of_wind(wind, water.gravity)?),
         };
-        let inverse_age = wind.speed_mps * shape.peak() / water.gravity;
+        let peak_k = shape.peak_k(dispersion);
+        let peak = dispersion.omega(peak_k);
+        let inverse_age = wind.speed_mps * peak / water.gravity;
         let mut system = Self {
             shape,
             depth: wind.depth_correction,
             scale: 1.0,
             spreader: Spreader::new(wind.spreading, inverse_age, wind.swell),
             toward: toward(wind.direction_from_deg),
+            peak_k,
+            peak,
             m0: 0.0,
         };
         system.m0 = system.integrate(dispersion);
@@ -76,17 +96,20 @@ impl System {
     }
 
     /// A swell; `None` where it is flat.
-    pub fn of_swell(swell: &Swell) -> Option<Self> {
+    pub fn of_swell(swell: &Swell, dispersion: &Dispersion) -> Option<Self> {
         let shape = match swell.model {
             SwellModel::Jonswap => Shape::Jonswap(Jonswap::of_swell(swell)?),
             SwellModel::OchiHubble => Shape::OchiHubble(OchiHubble::of_swell(swell)?),
         };
+        let peak_k = shape.peak_k(dispersion);
         Some(Self {
             shape,
             depth: DepthCorrection::None,
             scale: 1.0,
             spreader: Spreader::new(swell.spreading, DEVELOPED_INVERSE_AGE, swell.swell),
             toward: toward(swell.direction_from_deg),
+            peak_k,
+            peak: dispersion.omega(peak_k),
             m0: swell.hs_m * swell.hs_m / 16.0,
         })
     }
@@ -96,18 +119,14 @@ impl System {
         self.m0
     }
 
-    /// Peak angular frequency, rad/s.
-    pub fn peak(&self) -> f64 {
-        self.shape.peak()
+    /// Wavenumber of the peak, rad/m.
+    pub fn peak_k(&self) -> f64 {
+        self.peak_k
     }
 
     /// Range of wavenumbers, rad/m, that holds all but 1e-4 of the energy.
     pub fn range(&self, dispersion: &Dispersion) -> (f64, f64) {
-        let peak = self.peak();
-        let high = dispersion.wavenumber(150.0 * peak);
-        // Elfouhaily's short waves have a hump of their own.
-        let high = if matches!(self.shape, Shape::Elfouhaily(_)) { high.max(5e3) } else { high };
-        (dispersion.wavenumber(0.1 * peak), high)
+        self.shape.range(self.peak_k, dispersion)
     }
 
     /// F(k), m^3, with its depth correction; `omega` and `group_velocity` are those of `k`.
@@ -134,7 +153,7 @@ impl System {
     /// D(theta), 1/rad, for waves of `omega` that travel along a unit vector (x, z).
     pub fn spreading(&self, omega: f64, unit: (f64, f64)) -> f64 {
         let cos_theta = unit.0 * self.toward.0 + unit.1 * self.toward.1;
-        self.spreader.density(omega / self.peak(), cos_theta)
+        self.spreader.density(omega / self.peak, cos_theta)
     }
 
     fn integrate(&self, dispersion: &Dispersion) -> f64 {

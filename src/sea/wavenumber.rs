@@ -47,9 +47,9 @@ impl Elfouhaily {
         })
     }
 
-    /// Peak angular frequency, rad/s.
-    pub fn peak(&self) -> f64 {
-        libm::sqrt(self.gravity * self.peak_k)
+    /// Wavenumber of the peak, rad/m.
+    pub fn peak_k(&self) -> f64 {
+        self.peak_k
     }
 
     /// F(k), m^3: (B_l + B_h) / k^3 (eq. 30, 40).
@@ -77,7 +77,6 @@ impl Elfouhaily {
 /// A hides the size of his grid's cells, this one doesn't.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Phillips {
-    gravity: f64,
     alpha: f64,
     /// L and l, metres.
     largest: f64,
@@ -89,12 +88,12 @@ impl Phillips {
     pub fn of_wind(wind: &WindSea, water: &Water) -> Option<Self> {
         let largest = wind.speed_mps * wind.speed_mps / water.gravity;
         let made = wind.model == WindModel::Phillips && largest > 0.0 && wind.alpha > 0.0;
-        made.then_some(Self { gravity: water.gravity, alpha: wind.alpha, largest, smallest: wind.small_wave_m })
+        made.then_some(Self { alpha: wind.alpha, largest, smallest: wind.small_wave_m })
     }
 
-    /// Peak angular frequency of the spectrum over frequencies, rad/s: (k L)^2 = 4 / 5.
-    pub fn peak(&self) -> f64 {
-        libm::sqrt(self.gravity * libm::sqrt(0.8) / self.largest)
+    /// Wavenumber of the peak of the spectrum over frequencies, rad/m: (k L)^2 = 4 / 5 in deep water.
+    pub fn peak_k(&self) -> f64 {
+        libm::sqrt(0.8) / self.largest
     }
 
     /// F(k), m^3.

@@ -17,6 +17,7 @@ mod random;
 mod restart;
 mod scenes;
 mod served;
+mod stability;
 mod statistics;
 mod streaming;
 mod support;
