@@ -10,6 +10,7 @@ mod frames;
 mod hostile;
 mod laws;
 mod layering;
+mod properties;
 mod random;
 mod restart;
 mod scenes;
