@@ -13,6 +13,7 @@ check: fmt lint doc purity deny
 
 fmt:
     cargo fmt --all --check
+    cargo fmt --manifest-path tests/fuzz/Cargo.toml --check
 
 lint:
     cargo clippy --all-targets -- -D warnings
@@ -32,6 +33,10 @@ deny:
 # Every test of the Rust side.
 test:
     cargo test
+
+# Fuzz everything that comes from outside, for so many seconds a target.
+fuzz seconds="60":
+    .ci/fuzz {{seconds}}
 
 # The web client's own tests.
 test-web:

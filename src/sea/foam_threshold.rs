@@ -147,11 +147,10 @@ fn parabola(points: &[(f64, f64, f64)]) -> Option<[f64; 3]> {
         }
     }
     for i in 0..terms {
-        for below in i + 1..terms {
-            let factor = rows[below][i] / rows[i][i];
-            for column in i..4 {
-                rows[below][column] -= factor * rows[i][column];
-            }
+        let pivot = rows[i];
+        for row in &mut rows[i + 1..terms] {
+            let factor = row[i] / pivot[i];
+            row.iter_mut().zip(pivot).for_each(|(cell, above)| *cell -= factor * above);
         }
     }
     let mut solved = [0.0; 3];

@@ -12,16 +12,15 @@ use http::{HeaderMap, HeaderName, Method, StatusCode, Uri, header};
 use serde_json::{Value, json};
 use tokio::task::spawn_blocking;
 
-use super::fields::{Fields, read_body};
+use super::change_body::ChangeBody;
+use super::fields::read_body;
 use super::ocean::Ocean;
 use super::problem::Problem;
-use super::proposal::{Proposal, When, told};
+use super::proposal::{Proposal, told};
 use super::{hello, metrics, upgrade, viewer};
-use crate::scene::{ChangeKind, SceneFile};
+use crate::scene::SceneFile;
 use crate::wire::TICKS_PER_SECOND;
 
-/// How long the sea takes to follow a change that does not say.
-const TRANSITION_S: f64 = 5.0;
 /// Most entries of one page of the log, and how many it has unless asked.
 const MAX_PAGE: usize = 1000;
 const PAGE: usize = 100;
@@ -116,36 +115,19 @@ async fn statistics(State(ocean): Served, name: Name) -> Result<Response, Proble
 
 async fn wind(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
     served(&ocean, name)?;
-    let mut fields = Fields::parse(&read_body(body).await?)?;
-    let speed_mps = fields.required("speed_mps")?;
-    let kind = ChangeKind::Wind { speed_mps, direction_from_deg: fields.required("direction_from_deg")? };
-    change(&ocean, &headers, kind, fields).await
+    let asked = ChangeBody::wind(&read_body(body).await?)?;
+    change(&ocean, &headers, asked).await
 }
 
 async fn sea(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
     served(&ocean, name)?;
-    let mut fields = Fields::parse(&read_body(body).await?)?;
-    let kind = ChangeKind::Water { depth_m: fields.nullable("depth_m")? };
-    change(&ocean, &headers, kind, fields).await
+    let asked = ChangeBody::sea(&read_body(body).await?)?;
+    change(&ocean, &headers, asked).await
 }
 
-/// Reads what all changes have in common, and proposes it.
-async fn change(
-    ocean: &Arc<Ocean>,
-    headers: &HeaderMap,
-    kind: ChangeKind,
-    mut fields: Fields,
-) -> Result<Response, Problem> {
-    let when = match (fields.tick("effective_tick")?, fields.number("in_seconds")?) {
-        (None, None) => When::Soon,
-        (Some(tick), None) => When::Tick(tick),
-        (None, Some(seconds)) => When::In(seconds),
-        (Some(_), Some(seconds)) => {
-            return Err(Problem::value("in_seconds", seconds.into(), "absent where effective_tick is given"));
-        }
-    };
-    let transition_s = fields.number("transition_s")?.unwrap_or(TRANSITION_S);
-    fields.finish()?;
+/// Reads the headers that all changes have in common, and proposes the change.
+async fn change(ocean: &Arc<Ocean>, headers: &HeaderMap, asked: ChangeBody) -> Result<Response, Problem> {
+    let ChangeBody { kind, when, transition_s } = asked;
     let (key, if_match) = (idempotency_key(headers)?, if_match(headers)?);
     let accepted = ocean.propose(Proposal { kind, when, transition_s, key, if_match }).await?;
     let body = json!({ "sequence": accepted.sequence, "effective_tick": accepted.effective_tick });

@@ -5,6 +5,7 @@
 
 mod api;
 mod bulletin;
+mod change_body;
 mod fields;
 mod hello;
 mod listen;
@@ -22,6 +23,9 @@ mod subscriptions;
 mod upgrade;
 mod viewer;
 
+pub use change_body::ChangeBody;
 pub use listen::run;
 pub use ocean::Ocean;
+pub use problem::Problem;
+pub use proposal::When;
 pub use settings::{MAX_UNITS, Settings};

@@ -91,6 +91,21 @@ impl Problem {
         self
     }
 
+    /// The document as it is sent.
+    pub fn document(&self) -> String {
+        let problem = &self.0;
+        let document = Document {
+            r#type: format!("urn:swellcast:problem:{}", problem.kind),
+            title: problem.title,
+            status: problem.status.as_u16(),
+            detail: &problem.detail,
+            field: problem.field.as_deref(),
+            value: problem.value.as_ref(),
+            bound: problem.bound.as_ref(),
+        };
+        serde_json::to_string(&document).unwrap_or_default()
+    }
+
     /// Says when to try again.
     pub fn retry_after(mut self, seconds: u32) -> Self {
         self.0.retry_after_s = Some(seconds);
@@ -130,17 +145,7 @@ impl From<StoreError> for Problem {
 
 impl IntoResponse for Problem {
     fn into_response(self) -> Response {
-        let problem = self.0;
-        let document = Document {
-            r#type: format!("urn:swellcast:problem:{}", problem.kind),
-            title: problem.title,
-            status: problem.status.as_u16(),
-            detail: &problem.detail,
-            field: problem.field.as_deref(),
-            value: problem.value.as_ref(),
-            bound: problem.bound.as_ref(),
-        };
-        let body = serde_json::to_string(&document).unwrap_or_default();
+        let (body, problem) = (self.document(), self.0);
         let kind = [(header::CONTENT_TYPE, "application/problem+json"), (header::CACHE_CONTROL, "no-store")];
         let mut response = (problem.status, kind, body).into_response();
         if let Some(seconds) = problem.retry_after_s {

@@ -53,6 +53,18 @@ pub enum When {
     In(f64),
 }
 
+impl When {
+    /// The tick that is meant, for a request that came at tick `arrived`. Saturates: [`Change::check_time`] refuses
+    /// what no tick can be.
+    pub fn tick(self, arrived: i64, earliest: i64) -> i64 {
+        match self {
+            Self::Soon => earliest,
+            Self::Tick(tick) => tick,
+            Self::In(s) => arrived.saturating_add((s * TICKS_PER_SECOND as f64) as i64),
+        }
+    }
+}
+
 /// What deciding needs to remember.
 #[derive(Debug)]
 pub struct Gate {
@@ -188,14 +200,11 @@ impl Ocean {
     /// The tick and length of a proposal, if it can be built before the first frames of that tick leave.
     fn time_of(&self, proposal: &Proposal, arrived: i64, build: i64) -> Result<(i64, i64), Problem> {
         let earliest = self.tick() + lead() + MARGIN + build;
-        let (tick, field, value) = match proposal.when {
-            When::Soon => (earliest, "effective_tick", None),
-            When::Tick(tick) => (tick, "effective_tick", Some(serde_json::Value::from(tick))),
-            // Saturates: the check below refuses what no tick can be.
-            When::In(s) => {
-                let tick = arrived.saturating_add((s * TICKS_PER_SECOND as f64) as i64);
-                (tick, "in_seconds", Some(serde_json::Value::from(s)))
-            }
+        let tick = proposal.when.tick(arrived, earliest);
+        let (field, value) = match proposal.when {
+            When::Soon => ("effective_tick", None),
+            When::Tick(tick) => ("effective_tick", Some(serde_json::Value::from(tick))),
+            When::In(s) => ("in_seconds", Some(serde_json::Value::from(s))),
         };
         let time = Change::check_time(tick, proposal.transition_s)?;
         let latest = earliest.saturating_add(FARTHEST);

@@ -1,6 +1,6 @@
 //! The text messages of both sides as types; reading them is `parse`'s.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, de};
 use thiserror::Error;
 
 use super::vocabulary::{ErrorClass, Group};
@@ -105,11 +105,20 @@ pub struct ClassInfo {
     /// The class.
     pub name: ErrorClass,
     /// Largest error of displacement, metres.
+    #[serde(deserialize_with = "finite")]
     pub displacement_m: f32,
     /// Largest error of slopes and derivatives.
+    #[serde(deserialize_with = "finite")]
     pub slope: f32,
     /// Largest error of foam.
+    #[serde(deserialize_with = "finite")]
     pub foam: f32,
+}
+
+/// Reads an f32, which makes an infinity of a number beyond it.
+fn finite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f32, D::Error> {
+    let value = f32::deserialize(deserializer)?;
+    if value.is_finite() { Ok(value) } else { Err(de::Error::custom("a number is beyond 32 bits")) }
 }
 
 /// A group as `hello` describes it.

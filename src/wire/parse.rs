@@ -70,7 +70,7 @@ impl ClientMessage {
             other => Err(ClientError {
                 code: ErrorCode::UnknownType,
                 field: Some("type".to_owned()),
-                detail: format!("type is {other:?}, must be \"subscribe\" or \"time\""),
+                detail: format!("type is {:?}, must be \"subscribe\" or \"time\"", beginning(other)),
             }),
         }
     }
@@ -114,7 +114,7 @@ fn fields<'a, const N: usize>(value: &'a Json, path: &str, names: [&str; N]) -> 
     let mut found = [None; N];
     for (key, value) in entries {
         let Some(slot) = names.iter().position(|name| name == key) else {
-            let key: String = key.chars().take(64).collect();
+            let key = beginning(key);
             return Err(malformed(&at(&key), format!("is unknown, must be one of {}", names.join(", "))));
         };
         if found[slot].replace(value).is_some() {
@@ -142,9 +142,14 @@ fn named<T: Copy, const N: usize>(value: &Json, field: &str, words: [(&str, T); 
         return Err(malformed(field, format!("is {value}, must be a string")));
     };
     words.iter().find(|(name, _)| name == text).map(|(_, value)| *value).ok_or_else(|| {
-        let text: String = text.chars().take(64).collect();
+        let text = beginning(text);
         invalid(field, format!("is {text:?}, must be one of {}", words.map(|(name, _)| name).join(", ")))
     })
+}
+
+/// As much of a text as a refusal echoes.
+fn beginning(text: &str) -> String {
+    text.chars().take(64).collect()
 }
 
 fn malformed(field: &str, what: String) -> ClientError {

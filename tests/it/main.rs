@@ -13,6 +13,7 @@ mod hostile;
 mod laws;
 mod layering;
 mod models;
+mod properties;
 mod random;
 mod restart;
 mod scenes;

@@ -106,12 +106,40 @@ fn valid_messages_read_as_what_they_are() {
 }
 
 #[test]
+fn a_number_that_its_type_turns_infinite_is_refused() {
+    let (_, hello) = from_server().into_iter().find(|(about, _)| *about == "hello").unwrap();
+    let text = hello.to_json();
+    for field in ["displacement_m", "slope", "foam"] {
+        let (before, after) = text.split_once(&format!("\"{field}\":")).unwrap();
+        let (_, after) = after.split_once([',', '}']).unwrap();
+        let end = if field == "foam" { '}' } else { ',' };
+        let with = |number: &str| ServerMessage::parse(&format!("{before}\"{field}\":{number}{end}{after}"));
+        assert!(with("0.25").is_ok() && with("3.4e38").is_ok(), "{field}");
+        assert!(with("3.5e38").is_err() && with("-1e39").is_err(), "{field}");
+    }
+}
+
+#[test]
 fn a_bad_message_is_refused_with_its_code_and_field() {
     for bad in bad_messages() {
         let Err(error) = ClientMessage::parse(&bad.text) else { panic!("accepted, though {}: {}", bad.why, bad.text) };
         let code = serde_json::to_value(error.code).unwrap();
         assert_eq!((code.as_str().unwrap(), error.field.as_deref()), (bad.code, bad.field), "{}: {error}", bad.why);
         assert!(error.detail.len() < 400, "a refusal doesn't echo the whole message: {}", error.detail.len());
+    }
+}
+
+#[test]
+fn a_refusal_echoes_only_the_beginning_of_a_text() {
+    let long = "\u{7f}".repeat(4000);
+    let unit = |class: &str| format!(r#"{{"cascade":0,"level":0,"class":"{class}","group":"foam"}}"#);
+    for text in [
+        format!(r#"{{"type":"{long}"}}"#),
+        format!(r#"{{"type":"time","{long}":1}}"#),
+        format!(r#"{{"type":"subscribe","id":1,"rate_hz":15,"units":[{}]}}"#, unit(&long[..3900])),
+    ] {
+        let error = ClientMessage::parse(&text).unwrap_err();
+        assert!(error.detail.len() < 1000, "{} bytes", error.detail.len());
     }
 }
 

@@ -1,0 +1,47 @@
+//! Frames: bytes are refused, or they are a frame of whole planes that writes the same bytes.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use swellcast::tile::decode;
+use swellcast::wire::{HEADER_BYTES, MAX_TICK, TILE};
+
+/// Where the header holds the length of what follows it.
+const PAYLOAD: usize = 52;
+/// Where the header holds the checksum.
+const CRC: usize = 80;
+/// The largest payload: three channels of a whole tile.
+const MOST: usize = 3 * TILE * TILE * 2;
+
+fuzz_target!(|bytes: &[u8]| {
+    check(bytes);
+    // No mutation finds a checksum, nor the 400 kB of a whole tile: the same again, as long as it says and sealed.
+    let Some((head, rest)) = bytes.split_at_checked(HEADER_BYTES) else { return };
+    let says = u32::from_le_bytes(head[PAYLOAD..PAYLOAD + 4].try_into().expect("four bytes")) as usize;
+    let mut frame = head.to_vec();
+    frame.extend(rest.iter().chain(std::iter::repeat(&0x80)).take(says.min(MOST)));
+    let mut crc = crc32fast::Hasher::new();
+    crc.update(&frame[..CRC]);
+    crc.update(&frame[HEADER_BYTES..]);
+    frame[CRC..CRC + 4].copy_from_slice(&crc.finalize().to_le_bytes());
+    check(&frame);
+});
+
+fn check(bytes: &[u8]) {
+    let Ok(frame) = decode(bytes) else { return };
+    let (header, unit) = (frame.header, frame.unit());
+    let (n, level_n) = (usize::from(header.n), usize::from(header.level_n));
+    assert_eq!((unit.cascade, unit.level), (header.cascade, header.level));
+    assert_eq!(frame.planes.len(), unit.group.channels().len());
+    assert!(n <= TILE && header.tick <= MAX_TICK as u64);
+    assert!((usize::from(header.tile_x) + 1) * n <= level_n && (usize::from(header.tile_z) + 1) * n <= level_n);
+    for (plane, step) in frame.planes.iter().zip(header.step) {
+        assert_eq!(plane.len(), n * n);
+        // The largest count by the largest step is beyond an f32, which the protocol allows: an infinity then.
+        let most = 32768.0 * step;
+        assert!(plane.iter().all(|value| value.abs() <= most), "a value beyond {most}");
+    }
+    let mut again = bytes.to_vec();
+    again[..HEADER_BYTES].fill(0);
+    header.seal(&mut again);
+    assert!(again == bytes, "{header:?} is written otherwise");
+}

@@ -1,0 +1,76 @@
+//! Text from clients, from servers and in the bodies of the HTTP API: refused with a reason, or what it says.
+#![no_main]
+
+use std::sync::LazyLock;
+
+use libfuzzer_sys::fuzz_target;
+use swellcast::scene::{Change, ChangeKind, MAX_TRANSITION_TICKS, Scene, preset};
+use swellcast::server::{ChangeBody, Problem};
+use swellcast::wire::{ClientMessage, MAX_TICK, ServerMessage};
+
+static SCENE: LazyLock<Scene> = LazyLock::new(|| preset("beaufort-5").expect("a preset"));
+/// When the request came, and the first tick at which it could act.
+const NOW: (i64, i64) = (72_000, 74_000);
+
+fuzz_target!(|bytes: &[u8]| {
+    change(ChangeBody::wind(bytes));
+    change(ChangeBody::sea(bytes));
+    if let Ok(text) = std::str::from_utf8(bytes) {
+        from_client(text);
+        from_server(text);
+    }
+});
+
+fn from_client(text: &str) {
+    match ClientMessage::parse(text) {
+        Ok(message) => {
+            let again = serde_json::to_string(&message).expect("a message can be written");
+            assert_eq!(ClientMessage::parse(&again), Ok(message), "{again}");
+        }
+        Err(error) => {
+            assert!(!error.detail.is_empty() && error.detail.len() < 1000, "{} bytes of detail", error.detail.len());
+        }
+    }
+}
+
+fn from_server(text: &str) {
+    if let Ok(Some(message)) = ServerMessage::parse(text) {
+        let again = message.to_json();
+        assert_eq!(ServerMessage::parse(&again).ok().flatten(), Some(message), "{again}");
+    }
+}
+
+/// What the server does with a body until it asks the running sea.
+fn change(body: Result<ChangeBody, Problem>) {
+    let asked = match body {
+        Ok(asked) => asked,
+        Err(problem) => return refused(&problem),
+    };
+    let sea = &SCENE.sea;
+    match asked.kind.check(sea, SCENE.wind_range_mps) {
+        Ok(kind) => {
+            assert_eq!(kind.check(sea, SCENE.wind_range_mps), Ok(kind), "what is checked stays");
+            let next = kind.apply(sea);
+            let wind = next.wind.expect("the scene has wind");
+            assert!((0.0..=100.0).contains(&wind.speed_mps) && (0.0..360.0).contains(&wind.direction_from_deg));
+            assert!(next.water.depth_m >= 1e-3);
+            // As the log and the clients' messages hold it.
+            let text = serde_json::to_string(&kind).expect("a change can be written");
+            assert_eq!(serde_json::from_str::<ChangeKind>(&text).ok(), Some(kind), "{text}");
+        }
+        Err(error) => refused(&Problem::from(error)),
+    }
+    match Change::check_time(asked.when.tick(NOW.0, NOW.1), asked.transition_s) {
+        Ok((tick, transition)) => {
+            assert!((0..=MAX_TICK).contains(&tick) && (0..=MAX_TRANSITION_TICKS).contains(&transition));
+            assert_eq!(Change::check_ticks(tick, transition), Ok(()));
+        }
+        Err(error) => refused(&Problem::from(error)),
+    }
+}
+
+fn refused(problem: &Problem) {
+    let document: serde_json::Value = serde_json::from_str(&problem.document()).expect("a problem is JSON");
+    assert!(document["detail"].as_str().is_some_and(|detail| !detail.is_empty()), "{document}");
+    assert!((400..500).contains(&document["status"].as_u64().unwrap_or_default()), "{document}");
+}
