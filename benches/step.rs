@@ -12,7 +12,7 @@ use swellcast::engine::{Demand, Stepper};
 use swellcast::pass::transform::Transform;
 use swellcast::plan::{CascadePlan, Field, FieldSet, Plan};
 use swellcast::scene::preset;
-use swellcast::sea::{EnergyTable, Timeline};
+use swellcast::sea::{EnergyTable, FoamThresholds, Timeline};
 use swellcast::tile::{Stamp, encode};
 use swellcast::wire::{ErrorClass, Group, UnitName};
 
@@ -23,6 +23,7 @@ fn main() {
     let scene = preset("beaufort-5").expect("a preset");
     let timeline = Arc::new(Timeline::new(&scene));
     let sea = timeline.at(0);
+    let table = EnergyTable::build(&scene.sea, timeline.layout());
     let cascades = sea.cascades.len();
     let unit =
         |cascade: usize, group| UnitName { cascade: cascade as u8, level: 0, class: ErrorClass::Millimetre, group };
@@ -52,6 +53,13 @@ fn main() {
     type Stage<'a> = (&'static str, Box<dyn FnMut() + 'a>);
     let mut stages: Vec<Stage> = vec![
         ("energy of all modes (once a change)", Box::new(|| drop(EnergyTable::build(&scene.sea, timeline.layout())))),
+        (
+            "foam's thresholds (once a change)",
+            Box::new(|| {
+                let foam = scene.effects.foam.expect("the preset foams");
+                drop(FoamThresholds::new(&scene.sea, timeline.layout(), &table, scene.effects.choppiness, &foam));
+            }),
+        ),
         ("blend (a frame of a transition)", Box::new(|| drop(timeline.at(0)))),
         (
             "step, all 8 fields of all cascades",

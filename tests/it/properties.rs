@@ -148,7 +148,7 @@ fn no_changes_in_any_order_make_a_sea_higher_than_the_highest_it_is_between() {
     // Chosen patches: what stands at the ends of a change must be cut as it is.
     let base = scene(
         "name = \"changing\"\n[wind]\nspeed_mps = 8.0\nrange_mps = [0.0, 100.0]\n[[swell]]\nhs_m = 0.5\n\
-         [cascades]\nn = 16\npatches_m = [900.0, 400.0, 170.0]",
+         [cascades]\nn = 16\npatches_m = [900.0, 400.0, 170.0]\n[effects]\nfoam = false",
     );
     let cpu = RefCell::new(Cpu::new(Some(2)));
     let law = |(mut changes, order): (Vec<Change>, Vec<prop::sample::Index>)| {
