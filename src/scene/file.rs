@@ -321,7 +321,7 @@ fn bin(row: &[f64]) -> Result<MeasuredBin, SceneError> {
 }
 
 impl CascadesFile {
-    fn check(&self) -> Result<CascadeRequest, SceneError> {
+    pub(super) fn check(&self) -> Result<CascadeRequest, SceneError> {
         if !(16..=2048).contains(&self.n) || !self.n.is_power_of_two() {
             return Err(SceneError::bound("cascades.n", self.n, "a power of two from 16 to 2048"));
         }

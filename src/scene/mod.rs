@@ -5,6 +5,7 @@
 
 mod bound;
 mod change;
+mod fade;
 mod file;
 mod foam;
 mod measured;
@@ -16,7 +17,8 @@ mod write;
 
 pub use bound::SceneError;
 pub use change::{Change, ChangeKind, MAX_TRANSITION_TICKS};
-pub use file::SceneFile;
+pub use fade::{CrossFade, KEEP_TICKS};
+pub use file::{CascadesFile, SceneFile};
 pub use foam::Foam;
 pub use measured::{MeasuredBin, MeasuredSpectrum, Spread};
 pub use ndbc::{NdbcError, NdbcStation};

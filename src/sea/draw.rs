@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 
-use super::layout::Layout;
+use super::layout::{Cascade, Layout};
 use super::noise::gaussian_pair;
 
 /// xi of every mode, per cascade, in the order of an [`super::EnergyTable`]'s rows.
@@ -16,16 +16,16 @@ pub struct Draw {
 impl Draw {
     /// The draw of a seed.
     pub fn new(seed: u64, layout: &Layout) -> Self {
-        let cascade = |patch: usize| {
-            let half = layout.cascades[patch].half as i32;
+        let cascade = |cascade: &Cascade| {
+            let (half, patch) = (cascade.half as i32, u32::from(cascade.index));
             let row = |m: i32| {
                 (-half..=half).map(move |n| {
-                    let (re, im) = gaussian_pair(seed, patch as u32, n, m);
+                    let (re, im) = gaussian_pair(seed, patch, n, m);
                     Complex64::new(re, im)
                 })
             };
             (-half..=half).into_par_iter().flat_map_iter(row).collect()
         };
-        Self { xi: (0..layout.cascades.len()).map(cascade).collect() }
+        Self { xi: layout.cascades.iter().map(cascade).collect() }
     }
 }

@@ -12,16 +12,18 @@ use http::{HeaderMap, HeaderName, Method, StatusCode, Uri, header};
 use serde_json::{Value, json};
 use tokio::task::spawn_blocking;
 
-use super::fields::{Fields, read_body};
+use super::fields::{Fields, missing, read_body};
 use super::ocean::Ocean;
 use super::problem::Problem;
 use super::proposal::{Proposal, When, told};
 use super::{hello, metrics, upgrade, viewer};
-use crate::scene::{ChangeKind, SceneFile};
+use crate::scene::{CascadesFile, ChangeKind, SceneFile};
 use crate::wire::TICKS_PER_SECOND;
 
 /// How long the sea takes to follow a change that does not say.
 const TRANSITION_S: f64 = 5.0;
+/// The same of a change of layout.
+const CROSS_FADE_S: f64 = 10.0;
 /// Most entries of one page of the log, and how many it has unless asked.
 const MAX_PAGE: usize = 1000;
 const PAGE: usize = 100;
@@ -38,6 +40,7 @@ pub fn router(ocean: Arc<Ocean>) -> Router {
         .route("/v1/scenes/{name}", get(scene))
         .route("/v1/scenes/{name}/wind", put(wind))
         .route("/v1/scenes/{name}/sea", patch(sea))
+        .route("/v1/scenes/{name}/layout", put(layout))
         .route("/v1/scenes/{name}/log", get(log))
         .route("/v1/time", get(time))
         .route("/v1/stream", get(upgrade::stream))
@@ -82,11 +85,12 @@ async fn scenes(State(ocean): Served) -> Response {
 async fn scene(State(ocean): Served, name: Name) -> Result<Response, Problem> {
     served(&ocean, name)?;
     let (current, status) = (ocean.current(), ocean.status());
+    let now = current.timeline.scene_at(status.tick);
     let body = json!({
         "scene": SceneFile::from(current.timeline.scene()),
         "epoch": ocean.epoch.to_string(),
         "sequence": current.sequence,
-        "layout": hello::layout(current.timeline.layout()),
+        "layout": hello::layout(&current.timeline, status.tick),
         "state": {
             "tick": status.tick,
             "sequence": status.sequence,
@@ -95,6 +99,8 @@ async fn scene(State(ocean): Served, name: Name) -> Result<Response, Problem> {
             "wind": status.wind,
             "wind_range_mps": status.wind_range_mps,
             "depth_m": status.depth_m,
+            "gravity": now.sea.water.gravity,
+            "cascades": SceneFile::from(now).cascades,
         },
     });
     Ok((tag(current.sequence), answer(StatusCode::OK, &body)).into_response())
@@ -105,14 +111,35 @@ async fn wind(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) 
     let mut fields = Fields::parse(&read_body(body).await?)?;
     let speed_mps = fields.required("speed_mps")?;
     let kind = ChangeKind::Wind { speed_mps, direction_from_deg: fields.required("direction_from_deg")? };
-    change(&ocean, &headers, kind, fields).await
+    change(&ocean, &headers, kind, fields, TRANSITION_S).await
 }
 
 async fn sea(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
     served(&ocean, name)?;
     let mut fields = Fields::parse(&read_body(body).await?)?;
-    let kind = ChangeKind::Water { depth_m: fields.nullable("depth_m")? };
-    change(&ocean, &headers, kind, fields).await
+    let (depth_m, gravity) = (fields.or_infinite("depth_m")?, fields.number("gravity")?);
+    if depth_m.is_none() && gravity.is_none() {
+        return Err(missing("depth_m or gravity").at("depth_m"));
+    }
+    change(&ocean, &headers, ChangeKind::Water { depth_m, gravity }, fields, TRANSITION_S).await
+}
+
+async fn layout(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
+    served(&ocean, name)?;
+    let mut fields = Fields::parse(&read_body(body).await?)?;
+    let standard = CascadesFile::default();
+    let cascades = CascadesFile {
+        n: fields.whole("n")?.unwrap_or(standard.n),
+        band_limit: fields.number("band_limit")?.unwrap_or(standard.band_limit),
+        finest_wavelength_m: fields.number("finest_wavelength_m")?.unwrap_or(standard.finest_wavelength_m),
+        patches_m: fields.numbers("patches_m")?.unwrap_or(standard.patches_m),
+    };
+    let range = fields.numbers("wind_range_mps")?.map(|range| {
+        let two = <[f64; 2]>::try_from(range);
+        two.map_err(|range| Problem::value("wind_range_mps", json!(range), "two numbers, the least and the most"))
+    });
+    let kind = ChangeKind::Layout { cascades, wind_range_mps: range.transpose()? };
+    change(&ocean, &headers, kind, fields, CROSS_FADE_S).await
 }
 
 /// Reads what all changes have in common, and proposes it.
@@ -121,6 +148,7 @@ async fn change(
     headers: &HeaderMap,
     kind: ChangeKind,
     mut fields: Fields,
+    usual_s: f64,
 ) -> Result<Response, Problem> {
     let when = match (fields.tick("effective_tick")?, fields.number("in_seconds")?) {
         (None, None) => When::Soon,
@@ -130,7 +158,7 @@ async fn change(
             return Err(Problem::value("in_seconds", seconds.into(), "absent where effective_tick is given"));
         }
     };
-    let transition_s = fields.number("transition_s")?.unwrap_or(TRANSITION_S);
+    let transition_s = fields.number("transition_s")?.unwrap_or(usual_s);
     fields.finish()?;
     let (key, if_match) = (idempotency_key(headers)?, if_match(headers)?);
     let accepted = ocean.propose(Proposal { kind, when, transition_s, key, if_match }).await?;
