@@ -90,15 +90,15 @@ fn the_order_in_which_changes_were_accepted_does_not_matter_to_the_sea() {
         sequence,
         effective_tick: at,
         transition_ticks: 0,
-        kind: ChangeKind::Water { depth_m },
+        kind: ChangeKind::Water { depth_m: Some(depth_m), gravity: None },
     };
     let late = wind(1, 40 * SECOND, 5, 12.0, 200.0);
-    let early = depth(2, 10 * SECOND, Some(15.0));
-    let last = depth(3, 60 * SECOND, None);
-    let one_by_one = Timeline::new(&scene).with(late, 0).with(early, 0).with(last, 0);
+    let early = depth(2, 10 * SECOND, 15.0);
+    let last = depth(3, 60 * SECOND, f64::INFINITY);
+    let one_by_one = Timeline::new(&scene).with(late.clone(), 0).with(early.clone(), 0).with(last.clone(), 0);
     // The second has folded into one what was over long before it began.
-    let replayed =
-        [(0, 0), (200, 171)].map(|(now, from)| (Timeline::replay(&scene, &[early, late, last], now * SECOND), from));
+    let log = [early, late, last];
+    let replayed = [(0, 0), (200, 171)].map(|(now, from)| (Timeline::replay(&scene, &log, now * SECOND), from));
     for (replayed, from) in replayed {
         for second in [0, 9, 10, 41, 50, 61, 171, 1000].into_iter().filter(|second| *second >= from) {
             let tick = second * SECOND;

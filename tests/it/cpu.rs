@@ -44,7 +44,7 @@ fn cpu_agrees_with_the_reference_across_a_change_of_depth() {
         sequence: 1,
         effective_tick: at,
         transition_ticks: 7200,
-        kind: ChangeKind::Water { depth_m: Some(19.9) },
+        kind: ChangeKind::Water { depth_m: Some(19.9), gravity: None },
     };
     let mut shallow = wind_sea(12.0, 128, &[900.0, 130.0]);
     shallow.sea.water.depth_m = 20.0;
@@ -63,7 +63,7 @@ fn a_change_of_depth_moves_no_point_more_than_a_frame_does() {
         sequence: 1,
         effective_tick: at,
         transition_ticks: 0,
-        kind: ChangeKind::Water { depth_m: Some(19.9) },
+        kind: ChangeKind::Water { depth_m: Some(19.9), gravity: None },
     };
     let timeline = Timeline::new(&shallow).with(change, at);
     let heights = |tick| cpu_fields(&timeline, tick, 0, &[Field::Height]).remove(0);

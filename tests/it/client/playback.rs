@@ -130,7 +130,9 @@ fn a_ring_holds_the_newest_frames_and_forgets_the_past() {
 
 #[test]
 fn strays_are_refused() {
-    let mut playback = playback();
+    let mut ending = hello();
+    ending.layout.cascades[0].until_tick = Some(70_000);
+    let mut playback = Playback::new(&ending, &[unit(0, 5, Group::Foam)]);
     let stray = |change: &dyn Fn(&mut DecodedFrame)| {
         let mut tile = frame(7200, 0.5);
         change(&mut tile);
@@ -138,7 +140,7 @@ fn strays_are_refused() {
     };
     for tile in [
         stray(&|t| t.header.epoch += 1),
-        stray(&|t| t.header.layout += 1),
+        stray(&|t| t.header.tick = 70_000),
         stray(&|t| t.header.cascade = 1),
         stray(&|t| t.header.group = 0),
         stray(&|t| t.header.level_n = 16),
@@ -153,7 +155,11 @@ fn strays_are_refused() {
 fn no_hello_makes_a_playback_large() {
     let mut huge = hello();
     huge.layout.cascades = vec![huge.layout.cascades[0].clone(); 200];
-    huge.layout.cascades.iter_mut().enumerate().for_each(|(i, c)| c.n = [u32::MAX, 65_280, 0, 1024][i % 4]);
+    huge.layout
+        .cascades
+        .iter_mut()
+        .enumerate()
+        .for_each(|(i, c)| (c.index, c.n) = (i as u8, [u32::MAX, 65_280, 0, 1024][i % 4]));
     let units: Vec<UnitName> =
         (0..=255).flat_map(|cascade| Group::ALL.map(|group| unit(cascade, cascade % 40, group))).collect();
     let mut playback = Playback::new(&huge, &units);
