@@ -11,6 +11,7 @@ mod hostile;
 mod laws;
 mod layering;
 mod random;
+mod relayout;
 mod restart;
 mod scenes;
 mod served;
