@@ -12,6 +12,8 @@ mod laws;
 mod layering;
 mod random;
 mod relayout;
+mod relayout_frames;
+mod relayout_served;
 mod restart;
 mod scenes;
 mod served;

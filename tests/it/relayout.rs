@@ -44,7 +44,9 @@ fn there(timeline: &Timeline, tick: i64) -> Vec<CascadeModes> {
 fn drawn(cascades: &[CascadeModes]) -> f64 {
     let energy = |cascade: &CascadeModes| -> f64 {
         let modes = cascade.with_wave_vectors();
-        modes.map(|(kx, _, m)| (if kx == 0.0 { 1.0 } else { 2.0 }) * (m.forward.norm_sqr() + m.backward.norm_sqr())).sum()
+        modes
+            .map(|(kx, _, m)| (if kx == 0.0 { 1.0 } else { 2.0 }) * (m.forward.norm_sqr() + m.backward.norm_sqr()))
+            .sum()
     };
     cascades.iter().map(energy).sum()
 }
