@@ -10,7 +10,7 @@ use super::foam_track::FoamTrack;
 use crate::backend::{Backend, BackendError, CascadeSurface, Surface};
 use crate::plan::{CascadePlan, Field, FieldSet, FoamWork, Plan};
 use crate::scene::Foam;
-use crate::sea::{Cascade, Life, Timeline};
+use crate::sea::{Life, Timeline};
 use crate::tile::{EncodeError, Stamp, encode, levels};
 use crate::wire::{Group, UnitName};
 
@@ -54,7 +54,7 @@ pub struct Stepper {
     /// Numbers of the cascades of which somebody wants foam.
     foamy: BTreeSet<u8>,
     /// By number, of the cascades that the timeline has and somebody wants foam of.
-    foam: BTreeMap<u8, (Cascade, FoamTrack)>,
+    foam: BTreeMap<u8, FoamTrack>,
     transforms: u64,
 }
 
@@ -78,7 +78,7 @@ impl Stepper {
     /// Takes a timeline that differs from the last one in its future; what it changes of the past is run again.
     pub fn set_timeline(&mut self, timeline: Arc<Timeline>) {
         if self.newest.is_some_and(|tick| timeline.sequence_at(tick) != self.timeline.sequence_at(tick)) {
-            self.foam.values_mut().for_each(|(_, track)| track.forget());
+            self.foam.values_mut().for_each(FoamTrack::forget);
         }
         (self.timeline, self.loaded) = (timeline, None);
         self.keep_tracks();
@@ -87,7 +87,7 @@ impl Stepper {
     /// Forgets what the backend holds: after an error, all of it is loaded and run again.
     pub fn forget(&mut self) {
         self.loaded = None;
-        self.foam.values_mut().for_each(|(_, track)| track.forget());
+        self.foam.values_mut().for_each(FoamTrack::forget);
     }
 
     /// Keeps foam's memory where somebody wants foam, and lets it go elsewhere.
@@ -98,14 +98,12 @@ impl Stepper {
 
     fn keep_tracks(&mut self) {
         let settings: Option<Foam> = self.timeline.scene().effects.foam;
-        let wanted = |life: &Life| self.foamy.contains(&life.cascade.index);
-        let cascades: BTreeMap<u8, Cascade> =
-            self.timeline.lives().filter(wanted).map(|life| (life.cascade.index, life.cascade)).collect();
-        // A number that another cascade has now begins anew, as the backend's memory does.
-        self.foam.retain(|number, (cascade, _)| cascades.get(number) == Some(cascade));
-        for (number, cascade) in cascades {
-            if let Some(foam) = settings {
-                self.foam.entry(number).or_insert_with(|| (cascade, FoamTrack::new(foam)));
+        let numbers: BTreeSet<u8> = self.timeline.lives().map(|life| life.cascade.index).collect();
+        // A number comes to another cascade when foam of the one before is long forgotten: its track begins anew then.
+        self.foam.retain(|number, _| numbers.contains(number) && self.foamy.contains(number));
+        if let Some(foam) = settings {
+            for number in numbers.intersection(&self.foamy) {
+                self.foam.entry(*number).or_insert_with(|| FoamTrack::new(foam));
             }
         }
     }
@@ -117,7 +115,7 @@ impl Stepper {
 
     /// The foam tick that must be run next of a cascade before its foam can be shown at `tick`.
     fn missing(&self, life: &Life, tick: i64) -> Option<i64> {
-        let (_, track) = self.foam.get(&life.cascade.index)?;
+        let track = self.foam.get(&life.cascade.index)?;
         if life.is_over(tick) { None } else { track.missing(tick) }
     }
 
@@ -136,7 +134,7 @@ impl Stepper {
             // Cascades that stand at the same step are run together.
             let due = self.missing(&life, tick) == Some(foam_tick);
             let track = self.foam.get_mut(&life.cascade.index).filter(|_| due);
-            let work = track.map(|(_, track)| {
+            let work = track.map(|track| {
                 let work = track.catch_up(foam_tick);
                 track.ran(foam_tick);
                 work
@@ -162,7 +160,7 @@ impl Stepper {
         self.load(tick)?;
         let shown = |life: Life| {
             let track = self.foam.get(&life.cascade.index).filter(|_| !life.is_over(tick));
-            self.work(&life, tick, fields, track.map(|(_, track)| track.show(tick)))
+            self.work(&life, tick, fields, track.map(|track| track.show(tick)))
         };
         let plan = Plan { cascades: timeline.lives().map(shown).collect() };
         (self.foamy, self.foam) = (BTreeSet::new(), BTreeMap::new());
@@ -176,20 +174,21 @@ impl Stepper {
     /// [`BackendError`].
     pub fn frames(&mut self, tick: i64, demand: &Demand) -> Result<Batch, BackendError> {
         let timeline = Arc::clone(&self.timeline);
-        let mut units: Vec<(usize, UnitName)> = Vec::with_capacity(demand.len());
+        // Each with the place of its cascade, and the share of its foam that is shown.
+        let mut units: Vec<(usize, f32, UnitName)> = Vec::with_capacity(demand.len());
         for (unit, _) in demand.iter().filter(|(_, interval)| tick % **interval == 0) {
             let there = timeline.life_of(unit.cascade).filter(|(_, life)| life.contains(tick));
             // A level that the number had in an earlier layout may be none now.
             let whole = there.filter(|(_, life)| unit.level < levels(&life.cascade));
-            units.extend(whole.map(|(place, _)| (place, *unit)));
+            units.extend(whole.map(|(place, life)| (place, life.foam_left(tick) as f32, *unit)));
         }
         let mut plan = Plan::default();
         for (place, life) in timeline.lives().enumerate() {
-            let here = units.iter().filter(|(at, _)| *at == place);
-            let wanted = here.fold(FieldSet::NONE, |set, (_, unit)| set.union(FieldSet::of(fields(unit.group))));
+            let here = units.iter().filter(|(at, ..)| *at == place);
+            let wanted = here.fold(FieldSet::NONE, |set, (.., unit)| set.union(FieldSet::of(fields(unit.group))));
             // On the foam grid foam advances even when no frame of it is wanted, or the next would find a gap.
             let warm = !life.is_over(tick) && self.missing(&life, tick).is_none();
-            let foam = self.foam.get_mut(&life.cascade.index).filter(|_| warm).and_then(|(_, track)| {
+            let foam = self.foam.get_mut(&life.cascade.index).filter(|_| warm).and_then(|track| {
                 let work = track.show(tick);
                 if work.advance {
                     track.ran(tick);
@@ -208,7 +207,7 @@ impl Stepper {
             sequence: timeline.sequence_at(surface.tick),
             layout: timeline.generation_at(surface.tick),
         };
-        let encode = |(place, unit)| (unit, encode_unit(surface.cascades.get(place), unit, stamp));
+        let encode = |(place, foam, unit)| (unit, encode_unit(surface.cascades.get(place), unit, foam, stamp));
         let encoded: Vec<_> = self.encoders.install(|| units.into_par_iter().map(encode).collect());
         let mut batch = Batch { tick: surface.tick, frames: Vec::with_capacity(encoded.len()), refused: 0, transforms };
         for (unit, frames) in encoded {
@@ -240,8 +239,21 @@ impl Stepper {
 }
 
 /// Nothing where a field of the unit was not made (foam that is not warm).
-fn encode_unit(cascade: Option<&CascadeSurface>, unit: UnitName, stamp: Stamp) -> Result<Vec<Bytes>, EncodeError> {
+fn encode_unit(
+    cascade: Option<&CascadeSurface>,
+    unit: UnitName,
+    foam_left: f32,
+    stamp: Stamp,
+) -> Result<Vec<Bytes>, EncodeError> {
     let Some(cascade) = cascade else { return Ok(Vec::new()) };
     let planes: Option<Vec<&[f32]>> = fields(unit.group).iter().map(|field| cascade.plane(*field)).collect();
-    planes.map_or_else(|| Ok(Vec::new()), |planes| encode(unit, cascade.n, &planes, stamp))
+    match planes {
+        None => Ok(Vec::new()),
+        Some(planes) if unit.group == Group::Foam && foam_left < 1.0 => {
+            let fading: Vec<Vec<f32>> =
+                planes.iter().map(|p| p.iter().map(|foam| foam * foam_left).collect()).collect();
+            encode(unit, cascade.n, &fading.iter().map(Vec::as_slice).collect::<Vec<_>>(), stamp)
+        }
+        Some(planes) => encode(unit, cascade.n, &planes, stamp),
+    }
 }

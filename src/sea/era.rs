@@ -27,12 +27,18 @@ pub struct Life {
     pub from_tick: i64,
     /// The tick after the last; `None` while no change of layout ends it.
     pub until_tick: Option<i64>,
+    fall: Option<CrossFade>,
 }
 
 impl Life {
     /// Whether the cascade is part of the sea of a tick.
     pub fn contains(&self, tick: i64) -> bool {
         tick >= self.from_tick && !self.is_over(tick)
+    }
+
+    /// Share of its foam that is shown at a tick: foam outlives the waves that made it, but not the cascade.
+    pub fn foam_left(&self, tick: i64) -> f64 {
+        1.0 - self.fall.map_or(0.0, |fall| fall.share(tick))
     }
 
     /// Whether the cascade has ended by a tick.
@@ -103,8 +109,14 @@ impl Era {
 
     /// Its cascades, each with its ticks.
     pub fn lives(&self) -> impl Iterator<Item = Life> {
-        let (from_tick, until_tick) = (self.from(), self.fall.map(|fall| fall.until));
-        self.layout.cascades.iter().map(move |cascade| Life { cascade: *cascade, from_tick, until_tick })
+        let (from_tick, fall) = (self.from(), self.fall);
+        let life = move |cascade: &Cascade| Life {
+            cascade: *cascade,
+            from_tick,
+            until_tick: fall.map(|fall| fall.until),
+            fall,
+        };
+        self.layout.cascades.iter().map(life)
     }
 
     /// Share of its amplitudes in the sea of a tick. Squares of two eras that cross-fade sum to 1: their draws are

@@ -62,6 +62,11 @@ impl Stages {
         self.list.partition_point(|stage| stage.effective_tick <= tick).max(1) - 1
     }
 
+    /// Index of the stage whose spectrum is wanted at a tick.
+    pub fn wanted(&self, tick: i64) -> usize {
+        (0..=self.newest(tick)).rev().find(|index| !self.list[*index].is_layout()).unwrap_or(0)
+    }
+
     /// Index of the last stage before a change of this key.
     pub fn before(&self, key: (i64, u64)) -> usize {
         self.list.partition_point(|stage| (stage.effective_tick, stage.sequence) < key).max(1) - 1

@@ -80,6 +80,16 @@ impl Timeline {
         next
     }
 
+    /// The same without layouts that nobody can ask for any more; `None` when there is none of those.
+    pub fn without_ended(&self, now: i64) -> Option<Self> {
+        let mut next = self.clone();
+        next.forget_eras(now);
+        (next.eras.len() < self.eras.len()).then(|| {
+            next.prepare(now);
+            next
+        })
+    }
+
     /// Checks a change against what is in effect when it acts, and accepted changes after it against what it sets.
     ///
     /// # Errors
@@ -148,8 +158,8 @@ impl Timeline {
 
     /// 4 sqrt(m0) of the spectrum that is wanted at a tick, resolved by the cascades or not, metres.
     pub fn wanted_hs_at(&self, tick: i64) -> f64 {
-        let blended = self.stages.weights(tick)[0].0;
-        let wanted = self.there(tick).next().map_or(0.0, |(era, _)| era.wanted_m0(&self.stages, blended));
+        let wanted = self.stages.wanted(tick);
+        let wanted = self.there(tick).next().map_or(0.0, |(era, _)| era.wanted_m0(&self.stages, wanted));
         4.0 * libm::sqrt(wanted)
     }
 

@@ -46,7 +46,7 @@ pub fn hello(timeline: &Timeline, epoch: Epoch, sequence: u64, tick: i64, live_u
 
 /// The layout as clients are told: all cascades that are there at a tick, or will be.
 pub fn layout(timeline: &Timeline, tick: i64) -> HelloLayout {
-    let cascade = |Life { cascade, from_tick, until_tick }: Life| HelloCascade {
+    let cascade = |Life { cascade, from_tick, until_tick, .. }: Life| HelloCascade {
         index: cascade.index,
         patch_m: cascade.patch_m,
         n: cascade.n as u32,

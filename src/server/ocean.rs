@@ -177,6 +177,21 @@ impl Ocean {
         }
     }
 
+    /// Lets go of cascades that have ended: of wishes for them at once, of all else when foam has forgotten them.
+    pub(super) async fn retire(self: &Arc<Self>) {
+        let (timeline, tick) = (self.current().timeline, self.tick());
+        if timeline.lives().any(|life| life.is_over(tick)) {
+            let over = |unit: &UnitName| timeline.life_of(unit.cascade).is_some_and(|(_, life)| life.is_over(tick));
+            self.wish(|subscriptions| subscriptions.forget(over));
+        }
+        // A change that is being decided will do it.
+        let Ok(_gate) = self.gate.try_lock() else { return };
+        let Current { sequence, timeline } = self.current();
+        if let Ok(Some(timeline)) = spawn_blocking(move || timeline.without_ended(tick)).await {
+            self.adopt(Current { sequence, timeline: Arc::new(timeline) });
+        }
+    }
+
     /// Keeps the engine from making `tick` and later ones until the answer is dropped.
     pub(super) fn hold(self: &Arc<Self>, tick: i64) -> Held {
         self.engine.hold(Some(tick));

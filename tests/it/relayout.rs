@@ -132,7 +132,7 @@ fn both_seas_are_the_same_on_every_server_whenever_it_read_the_log() {
         // Accepted after the layout, one to act before it and others in the midst of the cross-fade.
         water(4, 50 * SECOND, None, Some(9.0)),
         water(5, 104 * SECOND, Some(25.0), None),
-        wind(6, 105 * SECOND, 3, 11.0),
+        wind(6, 105 * SECOND, 60, 11.0),
         water(7, 130 * SECOND, Some(f64::INFINITY), Some(9.81)),
         layout(8, 160 * SECOND, 5, 64, &[300.0, 40.0]),
         water(9, 170 * SECOND, Some(12.0), None),
@@ -142,8 +142,10 @@ fn both_seas_are_the_same_on_every_server_whenever_it_read_the_log() {
     shuffled.reverse();
     same(&all, &Timeline::replay(&scene, &shuffled, 0), [0, 49, 50, 99, 100, 104, 107, 120, 159, 162, 170, 200]);
     // One that lived through it all, forgetting on the way; changes become known before they act.
-    let mut lived = Timeline::replay(&scene, &log[..7], 10 * SECOND);
-    lived = lived.with(log[7].clone(), 158 * SECOND).with(log[8].clone(), 169 * SECOND);
+    let mut lived = Timeline::replay(&scene, &log[..3], 10 * SECOND);
+    for (change, accepted) in log[3..].iter().zip([48, 103, 104, 129, 158, 169]) {
+        lived = lived.with(change.clone(), accepted * SECOND);
+    }
     // Late servers, which forgot what was over before they began.
     for now in [0, 103, 129, 140, 163, 169, 185, 205, 230, 400] {
         let late = Timeline::replay(&scene, &log, now * SECOND);
@@ -153,6 +155,18 @@ fn both_seas_are_the_same_on_every_server_whenever_it_read_the_log() {
     }
     let kept = Timeline::replay(&scene, &log, 400 * SECOND);
     assert_eq!((kept.lives().count(), kept.layout().generation), (2, 2), "one layout is left");
+}
+
+#[test]
+fn a_layout_that_ended_is_forgotten_when_foam_has() {
+    let (at, fade) = (100 * SECOND, 2);
+    let timeline = Timeline::new(&patched()).with(layout(1, at, fade, 128, &[500.0, 70.0]), at);
+    let over = at + fade * SECOND + 1440 + KEEP_TICKS;
+    assert!(timeline.without_ended(over - 1).is_none(), "foam may remember it");
+    let later = timeline.without_ended(over).unwrap();
+    assert_eq!((timeline.lives().count(), later.lives().count(), later.layout().generation), (4, 2, 1));
+    assert!(there(&timeline, over) == there(&later, over));
+    assert_eq!(later.layout_settled(), over, "from then on another can come");
 }
 
 #[test]

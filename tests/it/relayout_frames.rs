@@ -51,7 +51,7 @@ fn cascades(frames: &[(UnitName, Bytes)]) -> Vec<u8> {
 }
 
 fn is_still(frames: &[(UnitName, Bytes)], cascade: u8) -> bool {
-    let mut of = frames.iter().filter(|(unit, _)| unit.cascade == cascade && unit.group != Group::Foam);
+    let mut of = frames.iter().filter(|(unit, _)| unit.cascade == cascade);
     of.all(|(_, frame)| decode(frame).unwrap().planes.iter().flatten().all(|value| *value == 0.0))
 }
 
@@ -108,11 +108,15 @@ fn a_server_that_lived_through_it_and_one_that_began_within_send_the_same_bytes(
     let (_, transforms) = frames(&mut lived, AT - SECOND);
     assert!(transforms <= 8 + 3, "{transforms} transforms: foam of what stays is kept, that of what comes needs none");
     let mut compared = 0;
+    let mut untouched = stepper(before());
     let young = [AT - 120, AT + SECOND, ENDS + 480, UNTIL + SECOND]
         .map(|joined| (joined, Timeline::replay(changed.scene(), &[layout(1, AT, FADE_S, 32, &[150.0])], joined)));
     let mut young: Vec<_> = young.into_iter().map(|(joined, timeline)| (joined, stepper(timeline))).collect();
     for tick in (AT - SECOND + INTERVAL..UNTIL + 2 * SECOND).step_by(INTERVAL as usize) {
         let (ours, _) = frames(&mut lived, tick);
+        if tick < AT {
+            assert!(ours == frames(&mut untouched, tick).0, "a layout that is to come alters nothing at tick {tick}");
+        }
         for (joined, late) in young.iter_mut().filter(|(joined, _)| *joined <= tick) {
             let (theirs, _) = frames(late, tick);
             assert!(ours == theirs, "one that began at {joined} differs at tick {tick}");
