@@ -1,6 +1,7 @@
 //! A change of layout cross-fades: energy stays level, no point jumps, and every server agrees on both seas.
 
 use swellcast::backend::{Backend, Cpu};
+use swellcast::control::{Epoch, Store};
 use swellcast::plan::Field;
 use swellcast::scene::{CascadesFile, Change, ChangeKind, KEEP_TICKS, Scene};
 use swellcast::sea::{CascadeModes, Timeline};
@@ -133,7 +134,7 @@ fn both_seas_are_the_same_on_every_server_whenever_it_read_the_log() {
         water(4, 50 * SECOND, None, Some(9.0)),
         water(5, 104 * SECOND, Some(25.0), None),
         wind(6, 105 * SECOND, 60, 11.0),
-        water(7, 130 * SECOND, Some(f64::INFINITY), Some(9.81)),
+        water(7, 139 * SECOND, Some(f64::INFINITY), Some(9.81)),
         layout(8, 160 * SECOND, 5, 64, &[300.0, 40.0]),
         water(9, 170 * SECOND, Some(12.0), None),
     ];
@@ -143,11 +144,11 @@ fn both_seas_are_the_same_on_every_server_whenever_it_read_the_log() {
     same(&all, &Timeline::replay(&scene, &shuffled, 0), [0, 49, 50, 99, 100, 104, 107, 120, 159, 162, 170, 200]);
     // One that lived through it all, forgetting on the way; changes become known before they act.
     let mut lived = Timeline::replay(&scene, &log[..3], 10 * SECOND);
-    for (change, accepted) in log[3..].iter().zip([48, 103, 104, 129, 158, 169]) {
+    for (change, accepted) in log[3..].iter().zip([48, 103, 104, 138, 158, 169]) {
         lived = lived.with(change.clone(), accepted * SECOND);
     }
     // Late servers, which forgot what was over before they began.
-    for now in [0, 103, 129, 140, 163, 169, 185, 205, 230, 400] {
+    for now in [0, 103, 129, 138, 163, 169, 185, 205, 230, 400] {
         let late = Timeline::replay(&scene, &log, now * SECOND);
         let after = [0, 1, 2, 5, 30, 60, 400].map(|later| now + later).into_iter();
         same(&all, &late, after.clone().chain([now - 10]));
@@ -208,6 +209,26 @@ fn each_entry_is_checked_against_what_is_in_effect_at_its_tick() {
     assert_eq!(Change::check_course(&scene, [&strong, &narrow, &apart]).unwrap_err().0, 3);
     let cut = Change { transition_ticks: 7199, ..layout(1, 0, 1, 64, &[]) };
     assert!(Change::check_course(&scene, [&cut]).is_err(), "no fade is shorter than a second");
+}
+
+#[test]
+fn a_log_is_read_in_the_order_in_which_it_acts() {
+    let narrow = |sequence, at| {
+        let kind = ChangeKind::Layout { cascades: CascadesFile::default(), wind_range_mps: Some([5.0, 10.0]) };
+        Change { kind, ..layout(sequence, at, 10, 64, &[]) }
+    };
+    let written = |log: &[Change]| {
+        let store = Store::in_memory().unwrap();
+        store.begin(&patched(), Epoch::begin(0)).unwrap();
+        log.iter().for_each(|change| drop(store.append(change, None).unwrap()));
+        store.begun().map(|begun| begun.unwrap().changes)
+    };
+    // Accepted after the layout, but to act before it, when stronger winds could still be; and calm again in time.
+    let good = [narrow(1, 100 * SECOND), wind(2, 50 * SECOND, 0, 15.0), wind(3, 90 * SECOND, 0, 8.0)];
+    assert_eq!(written(&good).unwrap(), good);
+    assert!(written(&good[..2]).unwrap_err().to_string().contains("entry 1"));
+    let late = [narrow(1, 100 * SECOND), wind(2, 150 * SECOND, 0, 15.0)];
+    assert!(written(&late).unwrap_err().to_string().contains("entry 2"));
 }
 
 #[test]
