@@ -108,7 +108,6 @@ impl Playback {
             let cascade = playback.cascades.get(&key.cascade).map(|cascade| (cascade.from_tick, cascade.n));
             cascade.zip(playback.sizes.get(&(key.cascade, key.group)).copied())
         };
-        next.tiles = BTreeMap::new();
         for (key, ring) in &self.tiles {
             if begun(&self, key).is_some() && begun(&self, key) == begun(&next, key) {
                 next.tiles.insert(*key, ring.clone());

@@ -38,9 +38,6 @@ impl Patch {
             let (Some(patch), Some(group)) = (place.map(|at| &mut patches[at]), Group::from_id(key.group)) else {
                 continue;
             };
-            if playback.footing(key, server_us).is_none() {
-                continue;
-            }
             let n = playback.level_n(key) as usize;
             let channels = group.channels().len();
             let (_, planes) = patch.groups.entry(key.group).or_insert_with(|| (n, vec![vec![0.0; n * n]; channels]));

@@ -220,7 +220,9 @@ fn a_log_is_read_in_the_order_in_which_it_acts() {
     let written = |log: &[Change]| {
         let store = Store::in_memory().unwrap();
         store.begin(&patched(), Epoch::begin(0)).unwrap();
-        log.iter().for_each(|change| drop(store.append(change, None).unwrap()));
+        for change in log {
+            store.append(change, None).unwrap();
+        }
         store.begun().map(|begun| begun.unwrap().changes)
     };
     // Accepted after the layout, but to act before it, when stronger winds could still be; and calm again in time.
