@@ -50,19 +50,24 @@ impl Backend for Cpu {
 
     fn load(&mut self, sea: &Sea) -> Result<(), BackendError> {
         self.repeat = sea.repeat;
-        let same_layout = self.cascades.iter().map(|c| c.cascade).eq(sea.cascades.iter().map(|c| c.cascade));
         let tables = self.threads.install(|| {
             sea.cascades.par_iter().map(|modes| EvolveTable::new(modes, sea.choppiness)).collect::<Vec<_>>()
         });
-        if same_layout {
-            self.cascades.iter_mut().zip(tables).for_each(|(engine, table)| engine.table = table);
-        } else {
-            self.cascades = sea.cascades.iter().zip(tables).map(|(m, t)| CascadeEngine::new(m.cascade, t)).collect();
-            let surface = |engine: &CascadeEngine| CascadeSurface { n: engine.cascade.n, ..CascadeSurface::default() };
-            self.surface.cascades = self.cascades.iter().map(surface).collect();
-        }
-        for (engine, modes) in self.cascades.iter_mut().zip(&sea.cascades) {
+        let surfaces = std::mem::take(&mut self.surface.cascades);
+        let mut held: Vec<_> = std::mem::take(&mut self.cascades).into_iter().zip(surfaces).collect();
+        for (modes, table) in sea.cascades.iter().zip(tables) {
+            // A cascade that stays keeps its foam, wherever it stands now.
+            let (mut engine, surface) = match held.iter().position(|(engine, _)| engine.cascade == modes.cascade) {
+                Some(at) => held.swap_remove(at),
+                None => {
+                    let surface = CascadeSurface { n: modes.cascade.n, ..CascadeSurface::default() };
+                    (CascadeEngine::new(modes.cascade), surface)
+                }
+            };
+            engine.table = table;
             engine.foam_threshold = modes.foam_threshold as f32;
+            self.cascades.push(engine);
+            self.surface.cascades.push(surface);
         }
         Ok(())
     }
@@ -88,12 +93,12 @@ impl Backend for Cpu {
 }
 
 impl CascadeEngine {
-    fn new(cascade: Cascade, table: EvolveTable) -> Self {
+    fn new(cascade: Cascade) -> Self {
         let transform = Transform::new(cascade.n, cascade.half);
         let modes = (cascade.half + 1) * (2 * cascade.half + 1);
         Self {
             cascade,
-            table,
+            table: EvolveTable::default(),
             transform,
             workspaces: Vec::new(),
             heights: vec![Complex32::ZERO; modes],

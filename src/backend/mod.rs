@@ -63,7 +63,7 @@ pub trait Backend: Send {
     /// Name in logs, metrics and status.
     fn name(&self) -> &'static str;
 
-    /// Takes the initial spectra that are in effect from now on. Held foam stays while the layout does.
+    /// Takes the initial spectra that are in effect from now on. A cascade that it holds already keeps its foam.
     ///
     /// # Errors
     /// [`BackendError::DeviceLost`].

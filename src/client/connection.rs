@@ -39,7 +39,7 @@ const MAX_ASKED: usize = 16;
 /// What came from the server.
 #[derive(Debug)]
 pub enum Event {
-    /// The first message: what sea this is.
+    /// The first message: what sea this is. A further one in the same connection: its layout changes.
     Hello(Box<Hello>),
     /// The answer to a subscription.
     Subscribed(Subscribed),

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use crate::tile::DecodedFrame;
-use crate::wire::{FrameHeader, Hello, TICKS_PER_SECOND, TILE, UnitName};
+use crate::wire::{FrameHeader, Hello, HelloCascade, REST_TICKS, TICKS_PER_SECOND, TILE, UnitName};
 
 /// Frames held of one tile: at 60 Hz the server is 14 ahead, and interpolation needs two behind.
 pub const RING: usize = 20;
@@ -16,7 +16,7 @@ pub const MAX_SAMPLES: u64 = 1 << 25;
 /// Which tile of what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TileKey {
-    /// Index of the cascade.
+    /// Number of the cascade.
     pub cascade: u8,
     /// The wire's number of the group.
     pub group: u8,
@@ -35,9 +35,17 @@ impl From<&FrameHeader> for TileKey {
 /// Why a well-formed frame is of no use here.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum StrayFrame {
-    /// From another timeline or layout.
-    #[error("frame of another {0}")]
-    Other(&'static str),
+    /// From another timeline.
+    #[error("frame of another epoch")]
+    OtherEpoch,
+    /// For a tick at which its cascade is no part of the sea.
+    #[error("frame of cascade {cascade} at tick {tick}, when it is no part of the sea")]
+    Outside {
+        /// Its cascade.
+        cascade: u8,
+        /// Its tick.
+        tick: u64,
+    },
     /// Of a unit or size that was not subscribed.
     #[error("frame of cascade {cascade}, group {group}, {level_n} samples a side: not subscribed")]
     Unasked {
@@ -63,7 +71,8 @@ pub enum Footing {
 #[derive(Debug, Default)]
 pub struct Playback {
     epoch: u64,
-    layout: u32,
+    /// Cascades that `hello` names, by number.
+    cascades: BTreeMap<u8, HelloCascade>,
     /// Samples a side that each subscribed (cascade, group) has at its level.
     sizes: BTreeMap<(u8, u8), u32>,
     tiles: BTreeMap<TileKey, BTreeMap<u64, DecodedFrame>>,
@@ -74,8 +83,10 @@ impl Playback {
     /// and those that no longer fit [`MAX_SAMPLES`].
     pub fn new(hello: &Hello, units: &[UnitName]) -> Self {
         let (mut sizes, mut total) = (BTreeMap::new(), 0u64);
+        let cascades: BTreeMap<u8, HelloCascade> =
+            hello.layout.cascades.iter().map(|cascade| (cascade.index, cascade.clone())).collect();
         for unit in units {
-            let cascade = hello.layout.cascades.get(usize::from(unit.cascade));
+            let cascade = cascades.get(&unit.cascade);
             let n = cascade.and_then(|c| c.n.checked_shr(u32::from(unit.level))).unwrap_or_default();
             let samples = u64::from(n).pow(2).saturating_mul(unit.group.channels().len() as u64);
             if n > 0 && total.saturating_add(samples) <= MAX_SAMPLES {
@@ -84,7 +95,25 @@ impl Playback {
             }
         }
         let epoch = u64::from_str_radix(&hello.epoch, 16).unwrap_or_default();
-        Self { epoch, layout: hello.layout.generation, sizes, tiles: BTreeMap::new() }
+        Self { epoch, cascades, sizes, tiles: BTreeMap::new() }
+    }
+
+    /// A playback of these units after a further `hello`: what is held of cascades that go on at the same level stays.
+    pub fn renewed(self, hello: &Hello, units: &[UnitName]) -> Self {
+        let mut next = Self::new(hello, units);
+        if next.epoch != self.epoch {
+            return next;
+        }
+        let begun = |playback: &Self, key: &TileKey| {
+            let cascade = playback.cascades.get(&key.cascade).map(|cascade| (cascade.from_tick, cascade.n));
+            cascade.zip(playback.sizes.get(&(key.cascade, key.group)).copied())
+        };
+        for (key, ring) in &self.tiles {
+            if begun(&self, key).is_some() && begun(&self, key) == begun(&next, key) {
+                next.tiles.insert(*key, ring.clone());
+            }
+        }
+        next
     }
 
     /// Keeps a frame. A frame held already is replaced; one older than a full ring is dropped.
@@ -94,10 +123,11 @@ impl Playback {
     pub fn insert(&mut self, tile: DecodedFrame) -> Result<(), StrayFrame> {
         let h = &tile.header;
         if h.epoch != self.epoch {
-            return Err(StrayFrame::Other("epoch"));
+            return Err(StrayFrame::OtherEpoch);
         }
-        if h.layout != self.layout {
-            return Err(StrayFrame::Other("layout"));
+        let there = |cascade: &HelloCascade| i64::try_from(h.tick).is_ok_and(|tick| cascade.contains(tick));
+        if self.cascades.get(&h.cascade).is_some_and(|cascade| !there(cascade)) {
+            return Err(StrayFrame::Outside { cascade: h.cascade, tick: h.tick });
         }
         let key = TileKey::from(h);
         let asked = self.sizes.get(&(h.cascade, h.group)) == Some(&u32::from(h.level_n));
@@ -128,7 +158,7 @@ impl Playback {
     }
 
     /// One channel of a tile at a server time (microseconds since tick 0), written over `out`. `None` when there is no
-    /// frame or no such channel.
+    /// frame or no such channel, and when the cascade is no part of the sea: then it counts as nothing.
     ///
     /// Four-point Lagrange through the two frames before and the two after; through fewer where there are fewer.
     pub fn sample(&self, key: TileKey, channel: usize, server_us: i64, out: &mut Vec<f32>) -> Option<Footing> {
@@ -147,7 +177,7 @@ impl Playback {
         Some(footing)
     }
 
-    /// Whether a tile has frames on both sides of a server time; `None` when it has none at all.
+    /// Whether a tile has frames on both sides of a server time; `None` when it has none at all, or needs none.
     pub fn footing(&self, key: TileKey, server_us: i64) -> Option<Footing> {
         Some(self.nodes(key, server_us)?.1)
     }
@@ -155,6 +185,11 @@ impl Playback {
     /// Forgets every frame that no sample at `server_us` or later needs.
     pub fn forget_before(&mut self, server_us: i64) {
         let Ok(now) = u64::try_from(ticks_of_us(server_us).floor() as i64) else { return };
+        let over = |number: u8| {
+            let until = self.cascades.get(&number).and_then(|cascade| cascade.until_tick);
+            until.is_some_and(|until| until <= now as i64)
+        };
+        self.tiles.retain(|key, _| !over(key.cascade));
         for ring in self.tiles.values_mut() {
             if let Some(second) = ring.range(..=now).rev().nth(1).map(|(tick, _)| *tick) {
                 *ring = ring.split_off(&second);
@@ -167,6 +202,14 @@ impl Playback {
         let ring = self.tiles.get(&key)?;
         let now = ticks_of_us(server_us);
         let passed = now.floor().max(-1.0) as i64;
+        let until = self.cascades.get(&key.cascade).and_then(|cascade| cascade.until_tick);
+        let from = self.cascades.get(&key.cascade).map_or(0, |cascade| cascade.from_tick);
+        // A sea that began at tick 0 has nothing before it that could be another.
+        if (from > 0 && now < from as f64) || until.is_some_and(|until| now >= until as f64) {
+            return None;
+        }
+        // The last frames before a cascade ends are zero: there is nothing to wait for.
+        let rests = |tick: u64| until.is_some_and(|until| tick as i64 >= until.saturating_sub(REST_TICKS));
         // Nearest first.
         let before: Vec<_> = u64::try_from(passed).into_iter().flat_map(|t| ring.range(..=t).rev().take(2)).collect();
         let after: Vec<_> = ring.range(u64::try_from(passed + 1).unwrap_or(0)..).take(2).collect();
@@ -174,6 +217,7 @@ impl Playback {
         let (nodes, footing) = match (before.first(), after.first()) {
             (Some(nearest), _) if on_frame => (vec![*nearest], Footing::Between),
             (Some(_), Some(_)) => (before.into_iter().rev().chain(after).collect(), Footing::Between),
+            (Some(nearest), None) if rests(*nearest.0) => (vec![*nearest], Footing::Between),
             (Some(nearest), None) | (None, Some(nearest)) => (vec![*nearest], Footing::Starved),
             (None, None) => return None,
         };

@@ -52,8 +52,10 @@ pub struct Report {
 pub type Now = (Option<i64>, Option<i64>, f64);
 
 impl Stats {
-    /// Takes the server's first message.
+    /// Takes the server's first message, or a further one: cascades that it doesn't name are gone.
     pub fn hello(&mut self, hello: &Hello) {
+        let named = |number: u8| hello.layout.cascades.iter().any(|cascade| cascade.index == number);
+        self.heights.retain(|key, _| named(key.cascade));
         self.hello = Some(hello.clone());
     }
 

@@ -27,14 +27,15 @@ pub struct Point {
 }
 
 impl Patch {
-    /// The patches of every cascade at a server time, microseconds since tick 0.
+    /// The patches of every cascade at a server time, microseconds since tick 0. One that is no part of the sea then,
+    /// or of which there is no frame yet, is flat.
     pub fn all(playback: &Playback, layout: &HelloLayout, server_us: i64) -> Vec<Self> {
         let empty = |cascade: &crate::wire::HelloCascade| Self { patch_m: cascade.patch_m, groups: BTreeMap::new() };
         let mut patches: Vec<Self> = layout.cascades.iter().map(empty).collect();
         let mut plane = Vec::new();
         for key in playback.keys() {
-            let (Some(patch), Some(group)) = (patches.get_mut(usize::from(key.cascade)), Group::from_id(key.group))
-            else {
+            let place = layout.cascades.iter().position(|cascade| cascade.index == key.cascade);
+            let (Some(patch), Some(group)) = (place.map(|at| &mut patches[at]), Group::from_id(key.group)) else {
                 continue;
             };
             let n = playback.level_n(key) as usize;

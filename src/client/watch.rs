@@ -137,8 +137,8 @@ impl<N: Fn() -> i64> Watching<N> {
             }
             Event::Subscribed(subscribed) => {
                 if let Some(hello) = &self.hello {
-                    self.playback = Playback::new(hello, &subscribed.units);
-                    self.settled.clear();
+                    self.playback = std::mem::take(&mut self.playback).renewed(hello, &subscribed.units);
+                    self.settled.retain(|key| self.playback.ticks(*key).next().is_some());
                 }
             }
             Event::Frame(tile, bytes) => {
@@ -162,8 +162,10 @@ impl<N: Fn() -> i64> Watching<N> {
     /// Counts a moment at which some tile can't be interpolated.
     fn check_footing(&mut self) {
         let Some(now) = self.connection.server_us() else { return };
+        let stands = |key: TileKey| Some((key, self.playback.footing(key, now)?));
         let (between, starved): (Vec<_>, Vec<_>) =
-            self.playback.keys().partition(|key| self.playback.footing(*key, now) == Some(Footing::Between));
+            self.playback.keys().filter_map(stands).partition(|(_, footing)| *footing == Footing::Between);
+        let [between, starved] = [between, starved].map(|all| all.into_iter().map(|(key, _)| key).collect::<Vec<_>>());
         if starved.iter().any(|key| self.settled.contains(key)) {
             self.stats.starved();
         }
@@ -187,7 +189,7 @@ impl<N: Fn() -> i64> Watching<N> {
 
 /// Every group of every cascade at its full grid, as many as the server gives to one client: first what moves.
 fn units(hello: &Hello, class: ErrorClass) -> Vec<UnitName> {
-    let cascades = u8::try_from(hello.layout.cascades.len()).unwrap_or(u8::MAX);
-    let of = |group| (0..cascades).map(move |cascade| UnitName { cascade, level: 0, class, group });
+    let cascades = &hello.layout.cascades;
+    let of = |group| cascades.iter().map(move |c| UnitName { cascade: c.index, level: 0, class, group });
     Group::ALL.into_iter().flat_map(of).take(hello.limits.units.min(48) as usize).collect()
 }

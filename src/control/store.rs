@@ -109,11 +109,8 @@ impl Store {
         let scene = file.check(None).map_err(|error| StoreError::Damaged(format!("scene: {error}")))?;
         let reached_tick = meta.get("reached")?.map_or(Ok(0), |tick| parse("reached", tick.value()))?;
         let changes = changes(&read, 0, usize::MAX)?;
-        for change in &changes {
-            let checked = change.kind.check(&scene.sea, scene.wind_range_mps);
-            let kind_ok = checked.and_then(|_| Change::check_ticks(change.effective_tick, change.transition_ticks));
-            kind_ok.map_err(|error| StoreError::Damaged(format!("entry {}: {error}", change.sequence)))?;
-        }
+        let course = Change::check_course(&scene, &changes);
+        course.map_err(|(sequence, error)| StoreError::Damaged(format!("entry {sequence}: {error}")))?;
         Ok(Some(Begun { epoch: parse("epoch", epoch.value())?, scene, changes, reached_tick }))
     }
 

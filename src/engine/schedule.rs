@@ -1,13 +1,16 @@
 //! Which tick is next, and when it is due.
 
-use crate::wire::TICKS_PER_SECOND;
+use crate::wire::{SLOWEST_INTERVAL, TICKS_PER_SECOND};
 
 /// Frame rates a client can ask for; each divides the next, so their ticks nest.
 pub const RATES_HZ: [u32; 3] = [15, 30, 60];
 
+// A cross-fade of layouts begins and ends where every rate has a frame.
+const _: () = assert!(interval_of_rate(RATES_HZ[0]) == SLOWEST_INTERVAL);
+
 /// Ticks between frames of a rate.
-pub fn interval_of_rate(rate_hz: u32) -> i64 {
-    TICKS_PER_SECOND / i64::from(rate_hz)
+pub const fn interval_of_rate(rate_hz: u32) -> i64 {
+    TICKS_PER_SECOND / rate_hz as i64
 }
 
 /// How long before its tick a frame leaves: cubic playback needs two frames ahead, and 100 ms are for the network.

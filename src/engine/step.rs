@@ -1,17 +1,17 @@
 //! One tick of the sea under a demand: load what is in effect, step the backend, encode each live unit once.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use bytes::Bytes;
 use rayon::prelude::*;
 
 use super::foam_track::FoamTrack;
-use crate::backend::{Backend, BackendError, Surface};
-use crate::plan::{CascadePlan, Field, FieldSet, Plan};
+use crate::backend::{Backend, BackendError, CascadeSurface, Surface};
+use crate::plan::{CascadePlan, Field, FieldSet, FoamWork, Plan};
 use crate::scene::Foam;
-use crate::sea::Timeline;
-use crate::tile::{EncodeError, Stamp, encode};
+use crate::sea::{Life, Timeline};
+use crate::tile::{EncodeError, Stamp, encode, levels};
 use crate::wire::{Group, UnitName};
 
 /// What subscribers want: each live unit and the smallest interval, in ticks, at which somebody wants it.
@@ -51,8 +51,10 @@ pub struct Stepper {
     loaded: Option<i64>,
     /// The newest tick that was run, foam's own included.
     newest: Option<i64>,
-    /// Per cascade; `None` where nobody wants foam.
-    foam: Vec<Option<FoamTrack>>,
+    /// Numbers of the cascades of which somebody wants foam.
+    foamy: BTreeSet<u8>,
+    /// By number, of the cascades that the timeline has and somebody wants foam of.
+    foam: BTreeMap<u8, FoamTrack>,
     transforms: u64,
 }
 
@@ -62,10 +64,10 @@ impl Stepper {
     /// # Panics
     /// If the system gives no threads.
     pub fn new(backend: Box<dyn Backend>, timeline: Arc<Timeline>, epoch: u64) -> Self {
-        let foam = vec![None; timeline.layout().cascades.len()];
         let encoders = rayon::ThreadPoolBuilder::new().thread_name(|i| format!("swellcast-encode-{i}")).build();
         let encoders = encoders.expect("the system gives threads at start");
-        Self { backend, encoders, timeline, epoch, loaded: None, newest: None, foam, transforms: 0 }
+        let (foamy, foam) = (BTreeSet::new(), BTreeMap::new());
+        Self { backend, encoders, timeline, epoch, loaded: None, newest: None, foamy, foam, transforms: 0 }
     }
 
     /// Name of the backend.
@@ -76,34 +78,46 @@ impl Stepper {
     /// Takes a timeline that differs from the last one in its future; what it changes of the past is run again.
     pub fn set_timeline(&mut self, timeline: Arc<Timeline>) {
         if self.newest.is_some_and(|tick| timeline.sequence_at(tick) != self.timeline.sequence_at(tick)) {
-            self.foam.iter_mut().flatten().for_each(FoamTrack::forget);
+            self.foam.values_mut().for_each(FoamTrack::forget);
         }
         (self.timeline, self.loaded) = (timeline, None);
+        self.keep_tracks();
     }
 
     /// Forgets what the backend holds: after an error, all of it is loaded and run again.
     pub fn forget(&mut self) {
         self.loaded = None;
-        self.foam.iter_mut().flatten().for_each(FoamTrack::forget);
+        self.foam.values_mut().for_each(FoamTrack::forget);
     }
 
     /// Keeps foam's memory where somebody wants foam, and lets it go elsewhere.
     pub fn set_demand(&mut self, demand: &Demand) {
+        self.foamy = demand.keys().filter(|unit| unit.group == Group::Foam).map(|unit| unit.cascade).collect();
+        self.keep_tracks();
+    }
+
+    fn keep_tracks(&mut self) {
         let settings: Option<Foam> = self.timeline.scene().effects.foam;
         let repeat = self.timeline.scene().repeat.ticks;
-        for (cascade, track) in self.foam.iter_mut().enumerate() {
-            let wanted = demand.keys().any(|unit| usize::from(unit.cascade) == cascade && unit.group == Group::Foam);
-            match (settings.filter(|_| wanted), &track) {
-                (Some(foam), None) => *track = Some(FoamTrack::new(foam, repeat)),
-                (None, _) => *track = None,
-                (Some(_), Some(_)) => {}
+        let numbers: BTreeSet<u8> = self.timeline.lives().map(|life| life.cascade.index).collect();
+        // A number comes to another cascade when foam of the one before is long forgotten: its track begins anew then.
+        self.foam.retain(|number, _| numbers.contains(number) && self.foamy.contains(number));
+        if let Some(foam) = settings {
+            for number in numbers.intersection(&self.foamy) {
+                self.foam.entry(*number).or_insert_with(|| FoamTrack::new(foam, repeat));
             }
         }
     }
 
     /// Whether frames of `tick` would carry all the foam that is wanted.
     pub fn foam_is_warm(&self, tick: i64) -> bool {
-        self.foam.iter().flatten().all(|track| track.missing(tick).is_none())
+        self.timeline.lives().all(|life| self.missing(&life, tick).is_none())
+    }
+
+    /// The foam tick that must be run next of a cascade before its foam can be shown at `tick`.
+    fn missing(&self, life: &Life, tick: i64) -> Option<i64> {
+        let track = self.foam.get(&life.cascade.index)?;
+        if life.is_over(tick) { None } else { track.missing(tick) }
     }
 
     /// Runs one step of foam that is missing before `tick`; false when none is.
@@ -111,20 +125,22 @@ impl Stepper {
     /// # Errors
     /// [`BackendError`].
     pub fn warm_foam(&mut self, tick: i64) -> Result<bool, BackendError> {
-        let Some(foam_tick) = self.foam.iter().flatten().find_map(|track| track.missing(tick)) else {
+        let timeline = Arc::clone(&self.timeline);
+        let Some(foam_tick) = timeline.lives().find_map(|life| self.missing(&life, tick)) else {
             return Ok(false);
         };
         self.load(foam_tick)?;
-        let choppiness = self.timeline.scene().effects.choppiness;
         let mut plan = Plan::default();
-        for track in &mut self.foam {
+        for life in timeline.lives() {
             // Cascades that stand at the same step are run together.
-            let track = track.as_mut().filter(|track| track.missing(tick) == Some(foam_tick));
-            let work = track.as_ref().map(|track| track.catch_up(foam_tick));
-            plan.cascades.push(CascadePlan::new(FieldSet::NONE, work, choppiness));
-            if let Some(track) = track {
+            let due = self.missing(&life, tick) == Some(foam_tick);
+            let track = self.foam.get_mut(&life.cascade.index).filter(|_| due);
+            let work = track.map(|track| {
+                let work = track.catch_up(foam_tick);
                 track.ran(foam_tick);
-            }
+                work
+            });
+            plan.cascades.push(self.work(&life, foam_tick, FieldSet::NONE, work));
         }
         self.transforms += plan.transforms() as u64;
         self.backend.step(foam_tick, &plan)?;
@@ -136,42 +152,51 @@ impl Stepper {
     /// # Errors
     /// [`BackendError`].
     pub fn surface(&mut self, tick: i64, fields: FieldSet) -> Result<&Surface, BackendError> {
-        let settings = self.timeline.scene().effects.foam.filter(|_| fields.contains(Field::Foam));
-        let repeat = self.timeline.scene().repeat.ticks;
-        self.foam.fill_with(|| settings.map(|foam| FoamTrack::new(foam, repeat)));
+        let timeline = Arc::clone(&self.timeline);
+        if fields.contains(Field::Foam) {
+            self.foamy = timeline.lives().map(|life| life.cascade.index).collect();
+        }
+        self.keep_tracks();
         while self.warm_foam(tick)? {}
         self.load(tick)?;
-        let choppiness = self.timeline.scene().effects.choppiness;
-        let cascade = |track: &Option<FoamTrack>| {
-            CascadePlan::new(fields, track.as_ref().map(|track| track.show(tick)), choppiness)
+        let shown = |life: Life| {
+            let track = self.foam.get(&life.cascade.index).filter(|_| !life.is_over(tick));
+            self.work(&life, tick, fields, track.map(|track| track.show(tick)))
         };
-        let plan = Plan { cascades: self.foam.iter().map(cascade).collect() };
-        self.foam.fill(None);
+        let plan = Plan { cascades: timeline.lives().map(shown).collect() };
+        (self.foamy, self.foam) = (BTreeSet::new(), BTreeMap::new());
         self.backend.step(tick, &plan)
     }
 
-    /// Frames of every unit that is wanted at `tick`. Foam is left out where it is not warm.
+    /// Frames of every unit that is wanted at `tick`. Foam is left out where it is not warm, and all of a cascade at
+    /// ticks at which it is no part of the sea.
     ///
     /// # Errors
     /// [`BackendError`].
     pub fn frames(&mut self, tick: i64, demand: &Demand) -> Result<Batch, BackendError> {
-        let choppiness = self.timeline.scene().effects.choppiness;
-        let mut units: Vec<UnitName> = Vec::with_capacity(demand.len());
-        units.extend(demand.iter().filter(|(_, interval)| tick % **interval == 0).map(|(unit, _)| *unit));
+        let timeline = Arc::clone(&self.timeline);
+        // Each with the place of its cascade, and the share of its foam that is shown.
+        let mut units: Vec<(usize, f32, UnitName)> = Vec::with_capacity(demand.len());
+        for (unit, _) in demand.iter().filter(|(_, interval)| tick % **interval == 0) {
+            let there = timeline.life_of(unit.cascade).filter(|(_, life)| life.contains(tick));
+            // A level that the number had in an earlier layout may be none now.
+            let whole = there.filter(|(_, life)| unit.level < levels(&life.cascade));
+            units.extend(whole.map(|(place, life)| (place, life.foam_left(tick) as f32, *unit)));
+        }
         let mut plan = Plan::default();
-        for (cascade, track) in self.foam.iter_mut().enumerate() {
-            let here = units.iter().filter(|unit| usize::from(unit.cascade) == cascade);
-            let wanted = here.fold(FieldSet::NONE, |set, unit| set.union(FieldSet::of(fields(unit.group))));
+        for (place, life) in timeline.lives().enumerate() {
+            let here = units.iter().filter(|(at, ..)| *at == place);
+            let wanted = here.fold(FieldSet::NONE, |set, (.., unit)| set.union(FieldSet::of(fields(unit.group))));
             // On the foam grid foam advances even when no frame of it is wanted, or the next would find a gap.
-            let warm = track.as_mut().filter(|track| track.missing(tick).is_none());
-            let foam = warm.and_then(|track| {
+            let warm = !life.is_over(tick) && self.missing(&life, tick).is_none();
+            let foam = self.foam.get_mut(&life.cascade.index).filter(|_| warm).and_then(|track| {
                 let work = track.show(tick);
                 if work.advance {
                     track.ran(tick);
                 }
                 (work.advance || wanted.contains(Field::Foam)).then_some(work)
             });
-            plan.cascades.push(CascadePlan::new(wanted.difference(FieldSet::of(&[Field::Foam])), foam, choppiness));
+            plan.cascades.push(self.work(&life, tick, wanted.difference(FieldSet::of(&[Field::Foam])), foam));
         }
         self.load(tick)?;
         let transforms = self.transforms + plan.transforms() as u64;
@@ -180,10 +205,10 @@ impl Stepper {
         let stamp = Stamp {
             tick: surface.tick,
             epoch: self.epoch,
-            sequence: self.timeline.sequence_at(surface.tick),
-            layout: self.timeline.layout().generation,
+            sequence: timeline.sequence_at(surface.tick),
+            layout: timeline.generation_at(surface.tick),
         };
-        let encode = |unit| (unit, encode_unit(surface, unit, stamp));
+        let encode = |(place, foam, unit)| (unit, encode_unit(surface.cascades.get(place), unit, foam, stamp));
         let encoded: Vec<_> = self.encoders.install(|| units.into_par_iter().map(encode).collect());
         let mut batch = Batch { tick: surface.tick, frames: Vec::with_capacity(encoded.len()), refused: 0, transforms };
         for (unit, frames) in encoded {
@@ -198,6 +223,12 @@ impl Stepper {
         Ok(batch)
     }
 
+    /// Work of one cascade. Where it is no part of the sea it is still water: nothing needs a transform.
+    fn work(&self, life: &Life, tick: i64, fields: FieldSet, foam: Option<FoamWork>) -> CascadePlan {
+        let plan = CascadePlan::new(fields, foam, self.timeline.scene().effects.choppiness);
+        if life.contains(tick) { plan } else { CascadePlan { transforms: FieldSet::NONE, ..plan } }
+    }
+
     fn load(&mut self, tick: i64) -> Result<(), BackendError> {
         if !self.loaded.is_some_and(|loaded| self.timeline.same_sea(loaded, tick)) {
             self.backend.load(&self.timeline.at(tick))?;
@@ -209,8 +240,21 @@ impl Stepper {
 }
 
 /// Nothing where a field of the unit was not made (foam that is not warm).
-fn encode_unit(surface: &Surface, unit: UnitName, stamp: Stamp) -> Result<Vec<Bytes>, EncodeError> {
-    let Some(cascade) = surface.cascades.get(usize::from(unit.cascade)) else { return Ok(Vec::new()) };
+fn encode_unit(
+    cascade: Option<&CascadeSurface>,
+    unit: UnitName,
+    foam_left: f32,
+    stamp: Stamp,
+) -> Result<Vec<Bytes>, EncodeError> {
+    let Some(cascade) = cascade else { return Ok(Vec::new()) };
     let planes: Option<Vec<&[f32]>> = fields(unit.group).iter().map(|field| cascade.plane(*field)).collect();
-    planes.map_or_else(|| Ok(Vec::new()), |planes| encode(unit, cascade.n, &planes, stamp))
+    match planes {
+        None => Ok(Vec::new()),
+        Some(planes) if unit.group == Group::Foam && foam_left < 1.0 => {
+            let fading: Vec<Vec<f32>> =
+                planes.iter().map(|p| p.iter().map(|foam| foam * foam_left).collect()).collect();
+            encode(unit, cascade.n, &fading.iter().map(Vec::as_slice).collect::<Vec<_>>(), stamp)
+        }
+        Some(planes) => encode(unit, cascade.n, &planes, stamp),
+    }
 }

@@ -6,7 +6,7 @@ use crate::plan::Field;
 use crate::sea::{CascadeModes, cos_sin_q24};
 
 /// A cascade's modes as f32, with the factor that makes each field out of the height.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct EvolveTable {
     modes: Vec<TurningMode>,
     /// Per spectral field, in the order of `modes`.

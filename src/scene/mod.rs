@@ -6,6 +6,7 @@
 mod amplitudes;
 mod bound;
 mod change;
+mod fade;
 mod file;
 mod foam;
 mod measured;
@@ -23,6 +24,7 @@ mod wind;
 pub use amplitudes::{Amplitudes, Distribution};
 pub use bound::SceneError;
 pub use change::{Change, ChangeKind, MAX_TRANSITION_TICKS};
+pub use fade::{CrossFade, KEEP_TICKS};
 pub use file::{CascadesFile, EffectsFile, MeasuredFile, ReplayFile, SceneFile, WaterFile, WindFile};
 pub use foam::Foam;
 pub use measured::{DirectionMethod, MeasuredBin, MeasuredSpectrum, Spread};

@@ -1,14 +1,17 @@
 //! A sequence of measured records that follow one another.
 
+use std::sync::Arc;
+
 use super::bound::{SceneError, within};
 use super::measured::MeasuredSpectrum;
+use super::surface::CascadeRequest;
 use crate::wire::TICKS_PER_SECOND;
 
 /// Records after the first, which is the scene's own; the sea stays with the last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replay {
-    /// In the order they come.
-    pub records: Vec<MeasuredSpectrum>,
+    /// In the order they come; shared, since every state of the sea carries them along.
+    pub records: Arc<[MeasuredSpectrum]>,
     /// Ticks from the beginning of one transition to that of the next; the first begins then.
     pub record_ticks: i64,
     /// Ticks that the sea takes to follow.
@@ -31,6 +34,31 @@ impl Replay {
         let ticks = |seconds: f64| (seconds * TICKS_PER_SECOND as f64).round() as i64;
         let record_s = within("measured.replay.record_s", record_s, 1.0, 86_400.0)?;
         let transition_s = within("measured.replay.transition_s", transition_s, 0.0, record_s)?;
-        Ok(Self { records, record_ticks: ticks(record_s), transition_ticks: ticks(transition_s) })
+        Ok(Self { records: records.into(), record_ticks: ticks(record_s), transition_ticks: ticks(transition_s) })
+    }
+
+    /// Checks that tables of all records fit into memory beside each other: 400 MB.
+    ///
+    /// # Errors
+    /// [`SceneError::Bound`] when records and cascades together are too many.
+    pub fn check_size(&self, cascades: &CascadeRequest) -> Result<(), SceneError> {
+        const MOST: f64 = 5e7;
+        let (patches, n, band_limit) = match cascades {
+            CascadeRequest::Automatic { n, band_limit, .. } => (CascadeRequest::MAX_PATCHES, *n, *band_limit),
+            CascadeRequest::Chosen { patches, band_limit } => {
+                (patches.len(), patches.first().map(|p| p.n), *band_limit)
+            }
+        };
+        let modes = patches as f64 * CascadeRequest::modes(n.unwrap_or(CascadeRequest::USUAL_N), band_limit);
+        if modes * self.records.len() as f64 > MOST {
+            let value = format!("{} records of {modes:.0} modes", self.records.len());
+            return Err(SceneError::bound("measured.replay", value, format!("at most {MOST:.0} together")));
+        }
+        Ok(())
+    }
+
+    /// The ticks at which the records' transitions begin, in order.
+    pub fn ticks(&self) -> impl Iterator<Item = i64> {
+        (1..=self.records.len() as i64).map(|i| i * self.record_ticks)
     }
 }

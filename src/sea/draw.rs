@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 
-use super::layout::Layout;
+use super::layout::{Cascade, Layout};
 use super::noise::{gaussian_pair, log_normal_pair};
 use crate::scene::{Amplitudes, Distribution};
 
@@ -17,19 +17,19 @@ pub struct Draw {
 impl Draw {
     /// The draw of a seed.
     pub fn new(seed: u64, amplitudes: Amplitudes, layout: &Layout) -> Self {
-        let cascade = |patch: usize| {
-            let half = layout.cascades[patch].half as i32;
+        let cascade = |cascade: &Cascade| {
+            let (half, patch) = (cascade.half as i32, u32::from(cascade.index));
             let row = |m: i32| {
                 (-half..=half).map(move |n| {
                     let (re, im) = match amplitudes.distribution {
-                        Distribution::Gaussian => gaussian_pair(seed, patch as u32, n, m),
-                        Distribution::LogNormal => log_normal_pair(amplitudes.sigma, seed, patch as u32, n, m),
+                        Distribution::Gaussian => gaussian_pair(seed, patch, n, m),
+                        Distribution::LogNormal => log_normal_pair(amplitudes.sigma, seed, patch, n, m),
                     };
                     Complex64::new(re, im)
                 })
             };
             (-half..=half).into_par_iter().flat_map_iter(row).collect()
         };
-        Self { xi: (0..layout.cascades.len()).map(cascade).collect() }
+        Self { xi: layout.cascades.iter().map(cascade).collect() }
     }
 }

@@ -21,6 +21,8 @@ const OVERLAP: f64 = 0.9;
 /// One periodic patch and its band of wavenumbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cascade {
+    /// Its number in units, frames and the random draw. Layouts that follow each other have different ones.
+    pub index: u8,
     /// Side of the square patch, metres.
     pub patch_m: f64,
     /// Samples a side.
@@ -39,6 +41,11 @@ impl Cascade {
     /// Spacing of wavenumbers, rad/m.
     pub fn dk(&self) -> f64 {
         2.0 * PI / self.patch_m
+    }
+
+    /// Cells of an energy table.
+    pub fn cells(&self) -> usize {
+        (2 * self.half + 1) * (2 * self.half + 1)
     }
 
     /// Wave vectors (kx, kz), rad/m, of the cells of an energy table: rows of m = -half..=half, each of n.
@@ -74,10 +81,10 @@ fn overlap(x: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// The cascades of a scene, longest first; fixed while the scene runs.
+/// The cascades of a scene, longest first; fixed until a change of layout.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
-    /// Counts layouts of one timeline.
+    /// Counts the changes of layout before it.
     pub generation: u32,
     /// Longest first.
     pub cascades: Vec<Cascade>,
@@ -87,6 +94,11 @@ impl Layout {
     /// The layout a scene asks for. An automatic one serves the whole declared wind range, so that no change of
     /// wind changes it.
     pub fn of(scene: &Scene) -> Self {
+        Self::of_generation(scene, 0)
+    }
+
+    /// The same, after so many changes of layout.
+    pub fn of_generation(scene: &Scene, generation: u32) -> Self {
         let (patches, band_limit) = match &scene.cascades {
             CascadeRequest::Chosen { patches, band_limit } => (patches.clone(), *band_limit),
             CascadeRequest::Automatic { n, band_limit, finest_wavelength_m } => {
@@ -99,9 +111,21 @@ impl Layout {
             let half = ((to_k * patch.length_m / (2.0 * PI) + 0.5).floor() as usize).min(patch.n / 2 - 1);
             let from_k = cascades.last().map_or(0.0, |before: &Cascade| before.to_k);
             let soft_end = i + 1 < patches.len();
-            cascades.push(Cascade { patch_m: patch.length_m, n: patch.n, from_k, to_k, half, soft_end });
+            let index = Self::first_number(generation) + i as u8;
+            cascades.push(Cascade { index, patch_m: patch.length_m, n: patch.n, from_k, to_k, half, soft_end });
         }
-        Self { generation: 0, cascades }
+        Self { generation, cascades }
+    }
+
+    /// The number of the first cascade of a generation: even ones have 0 to 7, odd ones 8 to 15, so that neighbours
+    /// have no number, and no random draw, in common.
+    fn first_number(generation: u32) -> u8 {
+        (generation % 2) as u8 * CascadeRequest::MAX_PATCHES as u8
+    }
+
+    /// Whether cascades of a generation may have a number.
+    pub fn numbers(generation: u32, number: u8) -> bool {
+        (0..CascadeRequest::MAX_PATCHES as u8).contains(&number.wrapping_sub(Self::first_number(generation)))
     }
 }
 

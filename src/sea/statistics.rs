@@ -50,7 +50,7 @@ impl Statistics {
         dispersion: &Dispersion,
         layout: &Layout,
         energy: &[Vec<f64>],
-        wanted_m0: f64,
+        wanted_hs_m: f64,
         foam_coverage: f64,
         choppiness: f64,
     ) -> Self {
@@ -77,9 +77,9 @@ impl Statistics {
         let folds = moving && choppiness > 0.0;
         Self {
             hs_m: hs,
-            wanted_hs_m: 4.0 * libm::sqrt(wanted_m0),
+            wanted_hs_m,
             m0_m2: m0,
-            wanted_m0_m2: wanted_m0,
+            wanted_m0_m2: wanted_hs_m * wanted_hs_m / 16.0,
             sea_state: wmo_sea_state(hs),
             tp_s: bins.peak(dispersion).map(|omega| 2.0 * PI / omega),
             tz_s: moving.then_some(tz),

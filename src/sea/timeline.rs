@@ -1,64 +1,32 @@
 //! The sea as a function of the tick: a fold over the log of changes, the same on every server.
 //!
-//! Each change begins a [`Stage`]. Under way, it is blended over what came before by a smoothstep of the tick; a
-//! change that interrupts another is blended over it while the other goes on, so amplitudes never jump and never
-//! rise above those of the seas being blended. All stages share one random draw and one layout.
+//! [`Stages`] says what is in effect and how seas are blended, so that amplitudes never jump and never rise above
+//! those of the seas being blended; an [`Era`] is the sea on one layout. While the layout changes there are two,
+//! cross-faded so that the energy stays level.
 
-use std::sync::{Arc, OnceLock};
-
-use rustfft::num_complex::Complex64;
+use std::sync::Arc;
 
 use super::dispersion::Dispersion;
-use super::draw::Draw;
-use super::foam_threshold::FoamThresholds;
+use super::era::{Era, Life};
 use super::layout::Layout;
-use super::modes::{CascadeModes, Mode, Sea};
-use super::phase::{cycles_per_repeat, turn_of_tick};
+use super::modes::Sea;
+use super::stages::Stages;
 use super::statistics::Statistics;
-use super::table::EnergyTable;
-use super::warnings::warnings;
-use crate::scene::{Change, Foam, Scene, SeaState};
+use crate::scene::{Change, CrossFade, KEEP_TICKS, Scene, SceneError, SeaState};
 
 /// Most transitions under way at one tick; each costs memory and a share of every frame.
 pub const MAX_OVERLAPPING: usize = 16;
-
-/// Ticks before now for which tables are kept: as far back as foam remembers, and ten seconds more.
-const KEEP_TICKS: i64 = Foam::MAX_MEMORY_STEPS * Foam::STEP_TICKS + 72_000;
 
 /// A scene and every change made to it. Immutable: a change makes a new timeline that shares the old one's tables.
 #[derive(Clone, Debug)]
 pub struct Timeline {
     scene: Arc<Scene>,
+    stages: Stages,
+    /// The layouts that may still be asked for, oldest first: one, or two while it changes and shortly after.
+    eras: Vec<Era>,
+    /// The cascades of all eras.
     layout: Arc<Layout>,
-    draw: Arc<Draw>,
-    /// In order of (effective tick, sequence); the first is the scene itself, in effect since for ever.
-    stages: Vec<Stage>,
     warnings: Arc<[String]>,
-}
-
-#[derive(Clone, Debug)]
-struct Stage {
-    sequence: u64,
-    effective_tick: i64,
-    transition_ticks: i64,
-    change: Option<Change>,
-    state: SeaState,
-    energy: OnceLock<Arc<StageEnergy>>,
-    rotation: OnceLock<Arc<Rotation>>,
-}
-
-#[derive(Debug)]
-struct StageEnergy {
-    table: EnergyTable,
-    foam: FoamThresholds,
-}
-
-/// How the modes of every cascade turn: the same for all stages with the same water.
-#[derive(Debug)]
-struct Rotation {
-    /// Cycles per repeat and phase offset, in the order of `CascadeModes::modes`.
-    turns: Vec<Vec<(u32, u32)>>,
-    widening: Vec<Vec<f64>>,
 }
 
 impl Timeline {
@@ -70,32 +38,54 @@ impl Timeline {
     /// A scene and its log, for ticks from shortly before `now` on (as far back as foam remembers): what was over by
     /// then is folded into one state and forgotten.
     pub fn replay(scene: &Scene, changes: &[Change], now: i64) -> Self {
-        let layout = Layout::of(scene);
-        let draw = Draw::new(scene.seed, scene.amplitudes, &layout);
-        let first = Stage::new(None, scene.sea.clone());
-        let mut timeline = Self {
-            scene: Arc::new(scene.clone()),
-            layout: Arc::new(layout),
-            draw: Arc::new(draw),
-            stages: vec![first],
-            warnings: Arc::default(),
-        };
-        for change in changes {
-            timeline.insert(*change);
+        let mut timeline = Self::unchanged(scene);
+        // An automatic layout follows from the water as it was known when the layout was accepted.
+        let mut accepted: Vec<&Change> = changes.iter().collect();
+        accepted.sort_by_key(|change| change.sequence);
+        for change in accepted {
+            timeline.insert(change.clone(), now);
         }
         timeline.prepare(now);
-        let newest = timeline.newest(now);
-        let (energy, state) = (timeline.energy(newest), &timeline.stages[newest].state);
-        timeline.warnings = warnings(scene, state, &timeline.layout, &energy.table).into();
+        let era = timeline.eras.iter().rev().find(|era| era.from() <= now).unwrap_or(&timeline.eras[0]);
+        timeline.warnings = era.warnings(&timeline.stages, now).into();
         timeline
+    }
+
+    fn unchanged(scene: &Scene) -> Self {
+        let (stages, layout) = (Stages::new(scene), Layout::of(scene));
+        let eras = vec![Era::new(layout.clone(), None, stages.len())];
+        Self { scene: Arc::new(scene.clone()), stages, eras, layout: Arc::new(layout), warnings: Arc::default() }
     }
 
     /// The timeline with one more change, for ticks from shortly before `now` on.
     pub fn with(&self, change: Change, now: i64) -> Self {
         let mut next = self.clone();
-        next.insert(change);
+        next.insert(change, now);
         next.prepare(now);
         next
+    }
+
+    /// The same without layouts that nobody can ask for any more; `None` when there is none of those.
+    pub fn without_ended(&self, now: i64) -> Option<Self> {
+        let mut next = self.clone();
+        next.forget_eras(now);
+        (next.eras.len() < self.eras.len()).then(|| {
+            next.prepare(now);
+            next
+        })
+    }
+
+    /// Checks a change against what is in effect when it acts, and accepted changes after it against what it sets.
+    ///
+    /// # Errors
+    /// The sequence of the first entry that could then not act, and why.
+    pub fn check(&self, change: &Change) -> Result<(), (u64, SceneError)> {
+        Change::check_course(&self.stages.get(0).scene, self.stages.changes().chain([change]))
+    }
+
+    /// The tick from which on a change of layout can be accepted: when the one before is over and forgotten.
+    pub fn layout_settled(&self) -> i64 {
+        self.newest_era().settled()
     }
 
     /// The scene it began with.
@@ -103,24 +93,46 @@ impl Timeline {
         &self.scene
     }
 
-    /// The cascades.
-    pub fn layout(&self) -> &Layout {
-        &self.layout
+    /// The scene as changes have made it, in effect or being approached at a tick.
+    pub fn scene_at(&self, tick: i64) -> &Scene {
+        &self.stages.get(self.stages.newest(tick)).scene
     }
 
     /// The sea state that is in effect, or being approached, at a tick.
     pub fn state_at(&self, tick: i64) -> &SeaState {
-        &self.stages[self.newest(tick)].state
+        &self.scene_at(tick).sea
+    }
+
+    /// The cascades of every layout that may still be asked for, in the order of [`Sea::cascades`]; its generation is
+    /// that of the newest.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// The same cascades, each with the ticks at which it is part of the sea.
+    pub fn lives(&self) -> impl Iterator<Item = Life> {
+        self.eras.iter().flat_map(Era::lives)
+    }
+
+    /// The cascade that has a number, or had it last: its place in the order of the layout, and its ticks.
+    pub fn life_of(&self, number: u8) -> Option<(usize, Life)> {
+        self.lives().enumerate().filter(|(_, life)| life.cascade.index == number).last()
+    }
+
+    /// How many changes of layout are in effect at a tick.
+    pub fn generation_at(&self, tick: i64) -> u32 {
+        let begun = self.eras.iter().rev().find(|era| era.from() <= tick).unwrap_or(&self.eras[0]);
+        begun.layout.generation
     }
 
     /// Sequence of the newest change in effect at a tick; 0 before the first.
     pub fn sequence_at(&self, tick: i64) -> u64 {
-        self.stages.iter().filter(|stage| stage.effective_tick <= tick).map(|stage| stage.sequence).max().unwrap_or(0)
+        self.stages.sequence_at(tick)
     }
 
     /// Transitions under way at a tick.
     pub fn overlapping(&self, tick: i64) -> usize {
-        self.weights(tick).len() - 1
+        self.stages.weights(tick).len() - 1
     }
 
     /// Significant wave height of the modes at a tick, metres: 4 sqrt of their summed energies.
@@ -128,231 +140,96 @@ impl Timeline {
         4.0 * libm::sqrt(self.energies_at(tick).iter().flatten().sum())
     }
 
-    /// Energy of every mode at a tick, m^2, as in an [`EnergyTable`].
+    /// Energy of every mode at a tick, m^2, cascade by cascade.
     fn energies_at(&self, tick: i64) -> Vec<Vec<f64>> {
-        let parts = self.parts(tick);
-        let cascade = |cascade: usize| {
-            let root = |i: usize| parts.iter().map(|(part, w)| w * libm::sqrt(part.table.energy[cascade][i])).sum();
-            let energy = |i: usize| {
-                let root: f64 = root(i);
-                root * root
-            };
-            (0..parts[0].0.table.energy[cascade].len()).map(energy).collect()
-        };
-        (0..self.layout.cascades.len()).map(cascade).collect()
+        self.eras.iter().flat_map(|era| era.energies(&self.stages, tick)).collect()
     }
 
     /// What the sea of a tick is like.
     pub fn statistics_at(&self, tick: i64) -> Statistics {
-        let newest = self.newest(tick);
-        let dispersion = Dispersion::new(self.stages[newest].state.water);
-        let parts = self.parts(tick);
-        let coverage = parts.iter().map(|(part, w)| w * part.foam.coverage).sum();
+        let dispersion = Dispersion::new(self.state_at(tick).water);
+        let coverage = self.eras.iter().map(|era| era.foam_coverage(&self.stages, tick)).sum();
+        let wanted_hs = self.wanted_hs_at(tick);
         let choppiness = self.scene.effects.choppiness;
-        let wanted_m0 = self.energy(newest).table.wanted_m0;
-        Statistics::new(&dispersion, &self.layout, &self.energies_at(tick), wanted_m0, coverage, choppiness)
+        Statistics::new(&dispersion, &self.layout, &self.energies_at(tick), wanted_hs, coverage, choppiness)
     }
 
-    /// What an operator would not expect of the scene.
+    /// What an operator would not expect of the scene as it was when it was read.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
+    /// Builds what the sea needs soon after a tick and has not yet; a sequence of records is built as its time comes.
+    pub fn build_ahead(&self, now: i64) {
+        self.eras.iter().for_each(|era| era.prepare(&self.stages, now));
+    }
+
     /// 4 sqrt(m0) of the spectrum that is wanted at a tick, resolved by the cascades or not, metres.
     pub fn wanted_hs_at(&self, tick: i64) -> f64 {
-        4.0 * libm::sqrt(self.energy(self.newest(tick)).table.wanted_m0)
+        let wanted = self.stages.wanted(tick);
+        let wanted = self.there(tick).next().map_or(0.0, |(era, _)| era.wanted_m0(&self.stages, wanted));
+        4.0 * libm::sqrt(wanted)
     }
 
     /// Whether the sea of two ticks is the same but for the turning of its modes.
     pub fn same_sea(&self, a: i64, b: i64) -> bool {
-        self.newest(a) == self.newest(b) && self.weights(a) == self.weights(b)
+        self.stages.newest(a) == self.stages.newest(b)
+            && self.stages.weights(a) == self.stages.weights(b)
+            && self.eras.iter().all(|era| era.amplitude(a) == era.amplitude(b))
     }
 
     /// The sea of a tick.
     pub fn at(&self, tick: i64) -> Sea {
-        let parts = self.parts(tick);
-        let rotation = self.rotation(self.newest(tick));
-        let widenings: Vec<_> = self.weights(tick).into_iter().map(|(stage, w)| (self.rotation(stage), w)).collect();
-        let cascade = |index: usize| {
-            let cascade = self.layout.cascades[index];
-            let (half, side) = (cascade.half, 2 * cascade.half + 1);
-            let xi = &self.draw.xi[index];
-            // h0 = sqrt(E)/2 (xi_r + i xi_i): E|h0|^2 = E/2, and both halves of the plane give E (PHYSICS: Hs exact).
-            let h0 = |i: usize| -> Complex64 {
-                let root: f64 = parts.iter().map(|(part, w)| w * libm::sqrt(part.table.energy[index][i])).sum();
-                xi[i] * (0.5 * root)
-            };
-            let mode = |i: usize| {
-                let (n, m) = (i / side, i % side);
-                let forward = h0(m * side + n + half);
-                let backward = h0((side - 1 - m) * side + half - n).conj();
-                let (cycles, offset) = rotation.turns[index][i];
-                let widening = widenings.iter().map(|(r, w)| w * r.widening[index][i]).sum();
-                Mode { forward, backward, cycles, offset, widening }
-            };
-            let foam_threshold = parts.iter().map(|(part, w)| w * part.foam.jacobian[index]).sum();
-            CascadeModes { cascade, foam_threshold, modes: (0..(half + 1) * side).map(mode).collect() }
-        };
+        let repeat = self.scene.repeat.ticks;
         Sea {
-            cascades: (0..self.layout.cascades.len()).map(cascade).collect(),
-            repeat: self.scene.repeat.ticks,
+            cascades: self.eras.iter().flat_map(|era| era.at(&self.stages, tick, repeat)).collect(),
+            repeat,
             choppiness: self.scene.effects.choppiness,
         }
     }
 
-    /// Index of the stage in effect at a tick.
-    fn newest(&self, tick: i64) -> usize {
-        self.stages.partition_point(|stage| stage.effective_tick <= tick).max(1) - 1
+    /// Eras whose waves are part of the sea of a tick, and their shares of its amplitude.
+    fn there(&self, tick: i64) -> impl Iterator<Item = (&Era, f64)> {
+        self.eras.iter().map(move |era| (era, era.amplitude(tick))).filter(|(_, amplitude)| *amplitude > 0.0)
     }
 
-    /// Stages that make the sea of a tick, newest first, and their shares of its amplitude, which sum to 1.
-    fn weights(&self, tick: i64) -> Vec<(usize, f64)> {
-        let mut rest = 1.0;
-        let mut weights = Vec::with_capacity(2);
-        for index in (0..=self.newest(tick)).rev() {
-            let share = self.stages[index].share(tick);
-            if share > 0.0 || index == 0 {
-                weights.push((index, rest * share));
-            }
-            rest *= 1.0 - share;
-            if rest == 0.0 {
-                break;
-            }
+    fn newest_era(&self) -> &Era {
+        self.eras.last().expect("there is always one")
+    }
+
+    fn insert(&mut self, change: Change, now: i64) {
+        let (fade, sequence) = (CrossFade::of(&change), change.sequence);
+        let inserted = self.stages.insert(change);
+        self.eras.iter_mut().for_each(|era| era.insert(&inserted));
+        let Some(fade) = fade else { return };
+        let generation = self.newest_era().layout.generation.saturating_add(1);
+        let layout = Layout::of_generation(&self.stages.get(inserted.at).scene, generation);
+        self.forget_eras(now);
+        if let Some(last) = self.eras.last_mut() {
+            last.end(fade);
         }
-        weights
-    }
-
-    fn parts(&self, tick: i64) -> Vec<(Arc<StageEnergy>, f64)> {
-        self.weights(tick).into_iter().map(|(index, weight)| (self.energy(index), weight)).collect()
-    }
-
-    fn energy(&self, index: usize) -> Arc<StageEnergy> {
-        let stage = &self.stages[index];
-        let build = || {
-            let table = EnergyTable::build(&stage.state, &self.layout);
-            let effects = &self.scene.effects;
-            let thresholds =
-                |foam: &Foam| FoamThresholds::new(&stage.state, &self.layout, &table, effects.choppiness, foam);
-            let foam = effects.foam.as_ref().map_or_else(|| FoamThresholds::none(&self.layout), thresholds);
-            Arc::new(StageEnergy { table, foam })
-        };
-        Arc::clone(stage.energy.get_or_init(build))
-    }
-
-    /// How modes turn during a stage. Offsets are a fold over all changes of the water before it.
-    fn rotation(&self, index: usize) -> Arc<Rotation> {
-        let known = (0..=index).rev().find(|i| self.stages[*i].rotation.get().is_some());
-        let mut folded: Option<Arc<Rotation>> = known.and_then(|i| self.stages[i].rotation.get().cloned());
-        for i in known.map_or(0, |i| i + 1)..=index {
-            let stage = &self.stages[i];
-            let same_water = i > 0 && self.stages[i - 1].state.water == stage.state.water;
-            folded = Some(match folded {
-                Some(before) if same_water => before,
-                before => Arc::new(self.rotate(stage, before.as_deref())),
-            });
-        }
-        // Kept for this stage alone: those in between may be many, and are asked for seldom.
-        let folded = folded.expect("the loop reaches `index`, or it was known");
-        Arc::clone(self.stages[index].rotation.get_or_init(|| folded))
-    }
-
-    fn rotate(&self, stage: &Stage, before: Option<&Rotation>) -> Rotation {
-        let dispersion = Dispersion::new(stage.state.water);
-        let repeat = self.scene.repeat.ticks;
-        let turn = if before.is_some() { turn_of_tick(stage.effective_tick, repeat) } else { 0 };
-        let (mut turns, mut widening) = (Vec::new(), Vec::new());
-        for (index, cascade) in self.layout.cascades.iter().enumerate() {
-            let (half, side, dk) = (cascade.half, 2 * cascade.half + 1, cascade.dk());
-            let wavenumber = |i: usize| {
-                let (n, m) = ((i / side) as f64, (i % side) as f64 - half as f64);
-                libm::sqrt(n * n + m * m) * dk
-            };
-            let turns_of = |i: usize| {
-                let k = wavenumber(i);
-                if k == 0.0 {
-                    return (0, 0);
-                }
-                let cycles = cycles_per_repeat(dispersion.omega(k), repeat);
-                let offset = before.map_or(0, |before| {
-                    let (old_cycles, old_offset) = before.turns[index][i];
-                    old_offset.wrapping_add(old_cycles.wrapping_sub(cycles).wrapping_mul(turn))
-                });
-                (cycles, offset)
-            };
-            let widening_of =
-                |i: usize| if wavenumber(i) == 0.0 { 0.0 } else { dispersion.depth_widening(wavenumber(i)) };
-            let modes = (half + 1) * side;
-            turns.push((0..modes).map(turns_of).collect());
-            widening.push((0..modes).map(widening_of).collect());
-        }
-        Rotation { turns, widening }
-    }
-
-    fn insert(&mut self, change: Change) {
-        let key = (change.effective_tick, change.sequence);
-        let at = self.stages.partition_point(|stage| (stage.effective_tick, stage.sequence) < key).max(1);
-        self.stages.insert(at, Stage::new(Some(change), self.stages[at - 1].state.clone()));
-        // What a later change doesn't set, it inherits: fold again from here.
-        let mut turning_changed = false;
-        for i in at..self.stages.len() {
-            let before = self.stages[i - 1].state.clone();
-            let stage = &mut self.stages[i];
-            let state = stage.change.map_or(before.clone(), |change| change.kind.apply(&before));
-            turning_changed |= i == at && state.water != before.water;
-            if i > at && state != stage.state {
-                stage.energy = OnceLock::new();
-            }
-            turning_changed |= i > at && state.water != stage.state.water;
-            if turning_changed {
-                stage.rotation = OnceLock::new();
-            }
-            stage.state = state;
-        }
+        self.eras.push(Era::new(layout, Some((fade, sequence)), self.stages.len()));
+        self.join_layouts();
     }
 
     /// Builds what frames from `now` on need, and lets go of what none of them can: a log of years is one stage and
-    /// the few that may still be seen.
+    /// the few that may still be seen, and one layout.
     fn prepare(&mut self, now: i64) {
-        let oldest = self.weights(now.saturating_sub(KEEP_TICKS)).last().map_or(0, |(index, _)| *index);
-        // Offsets are folded from the first stage.
-        let rotation = self.rotation(oldest);
-        let sequence = self.stages[..=oldest].iter().map(|stage| stage.sequence).max().unwrap_or(0);
-        let base = Stage {
-            sequence,
-            effective_tick: i64::MIN,
-            transition_ticks: 0,
-            change: None,
-            rotation: OnceLock::from(rotation),
-            ..self.stages[oldest].clone()
-        };
-        self.stages.splice(..=oldest, [base]);
-        let first = self.weights(now).last().map_or(0, |(index, _)| *index);
-        for index in first..self.stages.len() {
-            self.energy(index);
-        }
-    }
-}
-
-impl Stage {
-    fn new(change: Option<Change>, state: SeaState) -> Self {
-        Self {
-            sequence: change.map_or(0, |change| change.sequence),
-            effective_tick: change.map_or(i64::MIN, |change| change.effective_tick),
-            transition_ticks: change.map_or(0, |change| change.transition_ticks),
-            change,
-            state,
-            energy: OnceLock::new(),
-            rotation: OnceLock::new(),
-        }
+        self.forget_eras(now);
+        self.join_layouts();
+        let (oldest, last) = self.stages.over(now.saturating_sub(KEEP_TICKS));
+        self.eras.iter_mut().for_each(|era| era.fold(&self.stages, oldest, last, self.scene.repeat.ticks));
+        self.stages.fold(last);
+        self.eras.iter().for_each(|era| era.prepare(&self.stages, now));
     }
 
-    /// Smoothstep of the way through this stage's transition, 0 to 1.
-    fn share(&self, tick: i64) -> f64 {
-        let since = tick.saturating_sub(self.effective_tick);
-        if since >= self.transition_ticks {
-            return 1.0;
-        }
-        let t = since as f64 / self.transition_ticks as f64;
-        t * t * (3.0 - 2.0 * t)
+    fn forget_eras(&mut self, now: i64) {
+        let kept = now.saturating_sub(KEEP_TICKS);
+        self.eras.retain(|era| era.until() > kept);
+    }
+
+    fn join_layouts(&mut self) {
+        let cascades = self.eras.iter().flat_map(|era| &era.layout.cascades).copied().collect();
+        self.layout = Arc::new(Layout { generation: self.newest_era().layout.generation, cascades });
     }
 }

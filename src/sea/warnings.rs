@@ -3,7 +3,7 @@
 use super::layout::Layout;
 use super::spectrum::Spectrum;
 use super::table::EnergyTable;
-use crate::scene::{Scene, SeaState};
+use crate::scene::Scene;
 use crate::wire::TICKS_PER_SECOND;
 
 /// Peak periods below which a loop rounds wave speeds noticeably.
@@ -11,9 +11,9 @@ const LEAST_PERIODS: f64 = 20.0;
 /// Share of the energy that may be missing in silence.
 const UNRESOLVED: f64 = 0.01;
 
-/// Warnings about a scene as it begins.
-pub fn warnings(scene: &Scene, state: &SeaState, layout: &Layout, table: &EnergyTable) -> Vec<String> {
-    let spectrum = Spectrum::new(state);
+/// Warnings about a scene on a layout that holds `table` of it.
+pub fn warnings(scene: &Scene, layout: &Layout, table: &EnergyTable) -> Vec<String> {
+    let spectrum = Spectrum::new(&scene.sea);
     let mut warnings = Vec::new();
     let seconds = scene.repeat.ticks as f64 / TICKS_PER_SECOND as f64;
     if let Some(period) = spectrum.longest_period_s().filter(|period| seconds < LEAST_PERIODS * period) {

@@ -37,6 +37,7 @@ pub fn router(ocean: Arc<Ocean>) -> Router {
         .route("/v1/scenes/{name}", get(scene))
         .route("/v1/scenes/{name}/wind", put(wind))
         .route("/v1/scenes/{name}/sea", patch(sea))
+        .route("/v1/scenes/{name}/layout", put(layout))
         .route("/v1/scenes/{name}/log", get(log))
         .route("/v1/scenes/{name}/statistics", get(statistics))
         .route("/v1/time", get(time))
@@ -82,11 +83,12 @@ async fn scenes(State(ocean): Served) -> Response {
 async fn scene(State(ocean): Served, name: Name) -> Result<Response, Problem> {
     served(&ocean, name)?;
     let (current, status) = (ocean.current(), ocean.status());
+    let now = current.timeline.scene_at(status.tick);
     let body = json!({
         "scene": SceneFile::from(current.timeline.scene()),
         "epoch": ocean.epoch.to_string(),
         "sequence": current.sequence,
-        "layout": hello::layout(current.timeline.layout()),
+        "layout": hello::layout(&current.timeline, status.tick),
         "warnings": current.timeline.warnings(),
         "state": {
             "tick": status.tick,
@@ -96,6 +98,8 @@ async fn scene(State(ocean): Served, name: Name) -> Result<Response, Problem> {
             "wind": status.wind,
             "wind_range_mps": status.wind_range_mps,
             "depth_m": status.depth_m,
+            "gravity": now.sea.water.gravity,
+            "cascades": SceneFile::from(now).cascades,
         },
     });
     Ok((tag(current.sequence), answer(StatusCode::OK, &body)).into_response())
@@ -122,6 +126,12 @@ async fn wind(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) 
 async fn sea(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
     served(&ocean, name)?;
     let asked = ChangeBody::sea(&read_body(body).await?)?;
+    change(&ocean, &headers, asked).await
+}
+
+async fn layout(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
+    served(&ocean, name)?;
+    let asked = ChangeBody::layout(&read_body(body).await?)?;
     change(&ocean, &headers, asked).await
 }
 

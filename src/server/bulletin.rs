@@ -1,4 +1,5 @@
-//! What every client is told: changes, in order and none left out, and the newest status. One text for all.
+//! What every client is told: changes, in order and none left out, with a new `hello` where the layout is new, and the
+//! newest status. One text for all.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -7,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use tokio::sync::watch;
 use tokio_websockets::Message;
 
-use crate::wire::{ServerMessage, Status, WireChange};
+use crate::wire::{Hello, ServerMessage, Status, WireChange};
 
 /// Changes kept for clients that have not read them yet; one that is further behind is closed.
 const KEPT: usize = 256;
@@ -25,10 +26,18 @@ pub struct Bulletin {
 
 #[derive(Debug, Default)]
 struct Held {
-    changes: VecDeque<(u64, Message)>,
+    changes: VecDeque<Posted>,
     /// The newest status, and how many there were.
     status: Option<Message>,
     statuses: u64,
+}
+
+#[derive(Clone, Debug)]
+struct Posted {
+    sequence: u64,
+    change: Message,
+    /// The hello that follows a change of layout, and its generation.
+    hello: Option<(Message, u32)>,
 }
 
 /// Where a session stands.
@@ -43,8 +52,10 @@ pub struct Reader {
 /// What is new to a session.
 #[derive(Debug, Default)]
 pub struct News {
-    /// Changes in order.
+    /// Changes in order, and hellos among them.
     pub changes: Vec<Message>,
+    /// Generations of the layouts that the hellos tell of.
+    pub layouts: Vec<u32>,
     /// The newest status, when it was not read before.
     pub status: Option<Message>,
     /// Changes were missed: the session can't go on.
@@ -73,12 +84,17 @@ impl Bulletin {
         self.pulse.subscribe()
     }
 
-    /// Posts a change.
-    pub fn post_change(&self, change: WireChange) {
+    /// Posts a change, and the hello that follows a change of layout.
+    pub fn post_change(&self, change: WireChange, hello: Option<Hello>) {
         let sequence = change.sequence;
-        let text = Message::text(ServerMessage::Change(change).to_json());
+        let text = |message: ServerMessage| Message::text(message.to_json());
+        let hello = hello.map(|hello| {
+            let generation = hello.layout.generation;
+            (text(ServerMessage::Hello(Box::new(hello))), generation)
+        });
+        let posted = Posted { sequence, change: text(ServerMessage::Change(change)), hello };
         self.post(|held| {
-            held.changes.push_back((sequence, text));
+            held.changes.push_back(posted);
             if held.changes.len() > KEPT {
                 held.changes.pop_front();
             }
@@ -128,14 +144,23 @@ impl Bulletin {
             return None;
         }
         let held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
-        let unread = held.changes.iter().filter(|(sequence, _)| *sequence > reader.sequence);
-        let first = unread.clone().next().map_or(reader.sequence + 1, |(sequence, _)| *sequence);
+        let unread = held.changes.iter().filter(|posted| posted.sequence > reader.sequence);
+        let first = unread.clone().next().map_or(reader.sequence + 1, |posted| posted.sequence);
+        let (mut changes, mut layouts) = (Vec::new(), Vec::new());
+        for posted in unread {
+            changes.push(posted.change.clone());
+            if let Some((hello, generation)) = &posted.hello {
+                changes.push(hello.clone());
+                layouts.push(*generation);
+            }
+        }
         let news = News {
-            changes: unread.map(|(_, text)| text.clone()).collect(),
+            changes,
+            layouts,
             status: held.status.clone().filter(|_| held.statuses != reader.statuses),
             missed: first != reader.sequence + 1,
         };
-        let newest = held.changes.back().map_or(0, |(sequence, _)| *sequence);
+        let newest = held.changes.back().map_or(0, |posted| posted.sequence);
         *reader = Reader { seen: version, sequence: reader.sequence.max(newest), statuses: held.statuses };
         Some(news)
     }

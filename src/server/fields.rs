@@ -89,18 +89,36 @@ impl Fields {
         self.number(name)?.ok_or_else(|| missing(name))
     }
 
-    /// A number or null that must be there.
+    /// A number that may be left out, or null, which stands for infinity.
     ///
     /// # Errors
-    /// 422 when it is not.
-    pub fn nullable(&mut self, name: &str) -> Result<Option<f64>, Problem> {
-        match self.0.get(name) {
-            Some(Value::Null) => {
-                self.0.remove(name);
-                Ok(None)
-            }
-            _ => self.required(name).map(Some),
+    /// 422 for anything else.
+    pub fn or_infinite(&mut self, name: &str) -> Result<Option<f64>, Problem> {
+        if self.0.get(name) == Some(&Value::Null) {
+            self.0.remove(name);
+            return Ok(Some(f64::INFINITY));
         }
+        self.number(name)
+    }
+
+    /// A whole number that may be left out; its bounds are somebody else's.
+    ///
+    /// # Errors
+    /// 422 for anything but a whole number from 0 up.
+    pub fn whole(&mut self, name: &str) -> Result<Option<usize>, Problem> {
+        let Some(value) = self.0.remove(name) else { return Ok(None) };
+        let whole = value.as_u64().and_then(|n| usize::try_from(n).ok());
+        whole.map(Some).ok_or_else(|| Problem::value(name, value, "a whole number"))
+    }
+
+    /// A list of numbers that may be left out.
+    ///
+    /// # Errors
+    /// 422 for anything but an array of numbers.
+    pub fn numbers(&mut self, name: &str) -> Result<Option<Vec<f64>>, Problem> {
+        let Some(value) = self.0.remove(name) else { return Ok(None) };
+        let numbers: Option<Vec<f64>> = value.as_array().and_then(|all| all.iter().map(Value::as_f64).collect());
+        numbers.map(Some).ok_or_else(|| Problem::value(name, value, "an array of numbers"))
     }
 
     /// A tick that may be left out.
@@ -130,7 +148,8 @@ impl Fields {
     }
 }
 
-fn missing(name: &str) -> Problem {
+/// The refusal of an object without a field.
+pub fn missing(name: &str) -> Problem {
     let detail = format!("{name} is missing");
     Problem::new(StatusCode::UNPROCESSABLE_ENTITY, "missing-field", "A field is missing", detail).at(name)
 }

@@ -2,8 +2,8 @@
 
 use crate::control::Epoch;
 use crate::engine::{Counters, RATES_HZ, interval_of_rate, lead_ticks};
-use crate::scene::Foam;
-use crate::sea::{Cascade, Layout, Timeline};
+use crate::scene::{Foam, Scene};
+use crate::sea::{Life, Timeline};
 use crate::tile::levels;
 use crate::wire::{Hello, HelloCascade, HelloLayout, Limits, MAX_MESSAGE_BYTES, Status, TICKS_PER_SECOND, WindStatus};
 
@@ -30,7 +30,7 @@ pub fn hello(timeline: &Timeline, epoch: Epoch, sequence: u64, tick: i64, live_u
         tick,
         lead_ticks: lead(),
         sequence,
-        layout: layout(timeline.layout()),
+        layout: layout(timeline, tick),
         choppiness: scene.effects.choppiness,
         rates_hz: RATES_HZ.to_vec(),
         classes: Hello::all_classes(),
@@ -44,21 +44,25 @@ pub fn hello(timeline: &Timeline, epoch: Epoch, sequence: u64, tick: i64, live_u
     }
 }
 
-/// The layout as clients are told.
-pub fn layout(layout: &Layout) -> HelloLayout {
-    let cascade = |cascade: &Cascade| HelloCascade {
+/// The layout as clients are told: all cascades that are there at a tick, or will be.
+pub fn layout(timeline: &Timeline, tick: i64) -> HelloLayout {
+    let cascade = |Life { cascade, from_tick, until_tick, .. }: Life| HelloCascade {
+        index: cascade.index,
         patch_m: cascade.patch_m,
         n: cascade.n as u32,
-        levels: levels(cascade),
+        levels: levels(&cascade),
         wavelength_min_m: cascade.shortest_m(),
         wavelength_max_m: cascade.longest_m(),
+        from_tick: from_tick.max(0),
+        until_tick,
     };
-    HelloLayout { generation: layout.generation, cascades: layout.cascades.iter().map(cascade).collect() }
+    let cascades = timeline.lives().filter(|life| !life.is_over(tick)).map(cascade).collect();
+    HelloLayout { generation: timeline.layout().generation, cascades }
 }
 
 /// `status` at a tick. Sums the energies of all modes: call it off the async threads.
 pub fn status(timeline: &Timeline, counters: &Counters, tick: i64, clients: usize) -> Status {
-    let sea = timeline.state_at(tick);
+    let Scene { sea, wind_range_mps, .. } = timeline.scene_at(tick);
     Status {
         tick,
         sequence: timeline.sequence_at(tick),
@@ -66,7 +70,7 @@ pub fn status(timeline: &Timeline, counters: &Counters, tick: i64, clients: usiz
         wind: sea
             .wind
             .map(|wind| WindStatus { speed_mps: wind.speed_mps, direction_from_deg: wind.direction_from_deg }),
-        wind_range_mps: timeline.scene().wind_range_mps,
+        wind_range_mps: *wind_range_mps,
         depth_m: Some(sea.water.depth_m).filter(|depth| depth.is_finite()),
         clients: u32::try_from(clients).unwrap_or(u32::MAX),
         backend: counters.backend.to_owned(),

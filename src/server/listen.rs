@@ -67,6 +67,7 @@ async fn count_seconds(ocean: &Arc<Ocean>) {
         ocean.bulletin.beat();
         ocean.refresh_status().await;
         ocean.note_time().await;
+        ocean.retire().await;
     }
 }
 

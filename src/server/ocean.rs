@@ -15,7 +15,7 @@ use super::settings::Settings;
 use super::subscriptions::Subscriptions;
 use crate::control::{Begun, Epoch, Store};
 use crate::engine::{Clock, Counters, Demand, Engine};
-use crate::sea::Timeline;
+use crate::sea::{Layout, Timeline};
 use crate::wire::{Hello, Status, TICKS_PER_SECOND, UnitName};
 
 /// How often the time that was reached is noted, ticks: 5 s.
@@ -155,7 +155,7 @@ impl Ocean {
         self.engine.is_alive()
     }
 
-    /// The first message to a client, and the sequence that it speaks of.
+    /// The first message to a client, and what follows a change of layout.
     pub fn hello(&self) -> Hello {
         let Current { sequence, timeline } = self.current();
         hello::hello(&timeline, self.epoch, sequence, self.tick(), self.settings.live_units)
@@ -168,12 +168,29 @@ impl Ocean {
             // Composed and posted under one lock, so that none overtakes a newer one.
             let mut posted = ocean.status.write().unwrap_or_else(PoisonError::into_inner);
             let timeline = ocean.current().timeline;
+            // This runs every second, off the async threads: records of a sequence are ready when their time comes.
+            timeline.build_ahead(ocean.tick());
             let status = hello::status(&timeline, &ocean.counters(), ocean.tick(), ocean.clients());
             posted.clone_from(&status);
             ocean.bulletin.post_status(status);
         };
         if let Err(error) = spawn_blocking(compose).await {
             tracing::error!(%error, "status");
+        }
+    }
+
+    /// Lets go of cascades that have ended: of wishes for them at once, of all else when foam has forgotten them.
+    pub(super) async fn retire(self: &Arc<Self>) {
+        let (timeline, tick) = (self.current().timeline, self.tick());
+        if timeline.lives().any(|life| life.is_over(tick)) {
+            let over = |unit: &UnitName| timeline.life_of(unit.cascade).is_some_and(|(_, life)| life.is_over(tick));
+            self.wish(|subscriptions| subscriptions.forget(over));
+        }
+        // A change that is being decided will do it.
+        let Ok(_gate) = self.gate.try_lock() else { return };
+        let Current { sequence, timeline } = self.current();
+        if let Ok(Some(timeline)) = spawn_blocking(move || timeline.without_ended(tick)).await {
+            self.adopt(Current { sequence, timeline: Arc::new(timeline) });
         }
     }
 
@@ -212,8 +229,25 @@ impl Ocean {
 
     /// Puts a new timeline in force. The caller holds the gate and has written the log.
     pub(super) fn adopt(&self, current: Current) {
+        let (before, after) = (self.current().timeline.layout().generation, current.timeline.layout().generation);
         self.engine.set_timeline(Arc::clone(&current.timeline));
         *self.current.write().unwrap_or_else(PoisonError::into_inner) = current;
+        if after != before {
+            // Who still wants units of these numbers means cascades that ended long ago.
+            self.wish(|subscriptions| subscriptions.forget(|unit| Layout::numbers(after, unit.cascade)));
+        }
+    }
+
+    fn wish<T>(&self, change: impl FnOnce(&mut Subscriptions) -> T) -> T {
+        // The engine is told under the lock, so that it hears of demands in their order.
+        let mut wishes = self.wishes.lock().unwrap_or_else(PoisonError::into_inner);
+        let result = change(&mut wishes.subscriptions);
+        let demand = wishes.subscriptions.demand();
+        if demand != wishes.demand {
+            self.engine.set_demand(demand.clone());
+            wishes.demand = demand;
+        }
+        result
     }
 
     /// A place for one more client, unless the house is full.
@@ -230,25 +264,13 @@ impl Client {
     /// # Errors
     /// Index of the unit that can't be had.
     pub fn subscribe(&self, interval: i64, units: &[UnitName]) -> Result<Vec<UnitName>, usize> {
-        self.wish(|subscriptions| subscriptions.replace(self.id, interval, units))
-    }
-
-    fn wish<T>(&self, change: impl FnOnce(&mut Subscriptions) -> T) -> T {
-        // The engine is told under the lock, so that it hears of demands in their order.
-        let mut wishes = self.ocean.wishes.lock().unwrap_or_else(PoisonError::into_inner);
-        let result = change(&mut wishes.subscriptions);
-        let demand = wishes.subscriptions.demand();
-        if demand != wishes.demand {
-            self.ocean.engine.set_demand(demand.clone());
-            wishes.demand = demand;
-        }
-        result
+        self.ocean.wish(|subscriptions| subscriptions.replace(self.id, interval, units))
     }
 }
 
 impl Drop for Client {
     fn drop(&mut self) {
-        self.wish(|subscriptions| subscriptions.remove(self.id));
+        self.ocean.wish(|subscriptions| subscriptions.remove(self.id));
         self.ocean.clients.fetch_sub(1, Relaxed);
     }
 }

@@ -10,7 +10,7 @@ use super::hello::lead;
 use super::ocean::{Current, Held, Ocean};
 use super::problem::Problem;
 use crate::control::{Answer, Key, StoreError};
-use crate::scene::{Change, ChangeKind};
+use crate::scene::{Change, ChangeKind, CrossFade};
 use crate::sea::{MAX_OVERLAPPING, Timeline};
 use crate::wire::{TICKS_PER_SECOND, WireChange, WireChangeKind};
 
@@ -131,10 +131,9 @@ impl Ocean {
     async fn decide(self: &Arc<Self>, proposal: Proposal, arrived: i64) -> Result<Answer, Problem> {
         let mut gate = self.gate.lock().await;
         let Current { sequence, timeline } = self.current();
-        let scene = timeline.scene();
-        let kind = proposal.kind.check(&scene.sea, scene.wind_range_mps)?;
+        let kind = proposal.kind.clone().check()?;
         let key = proposal.key.as_ref().map(|id| {
-            let request = (kind, proposal.when, proposal.transition_s);
+            let request = (&kind, proposal.when, proposal.transition_s);
             Key { id: id.clone(), request: serde_json::to_string(&request).unwrap_or_default() }
         });
         if let Some(answer) = self.answered(&key).await? {
@@ -149,16 +148,17 @@ impl Ocean {
         }
         gate.forget(self.tick());
         // Checked before the allowance is touched: such a refusal costs nothing.
-        self.time_of(&proposal, arrived, gate.build)?;
+        let first = self.change_of(&proposal, &kind, sequence + 1, arrived, gate.build)?;
+        fit(&timeline, &first, self.tick())?;
         gate.admit(self.tick())?;
         let (change, next, held) = self.build(&proposal, kind, sequence + 1, arrived, &timeline, &mut gate).await?;
-        let (store, written) = (Arc::clone(&self.store), key);
-        let answer =
-            spawn_blocking(move || store.append(&change, written.as_ref())).await.map_err(|e| failed(&e))??;
+        let (store, written, entry) = (Arc::clone(&self.store), key, change.clone());
+        let answer = spawn_blocking(move || store.append(&entry, written.as_ref())).await.map_err(|e| failed(&e))??;
         self.adopt(Current { sequence: change.sequence, timeline: next });
         drop(held);
+        let hello = CrossFade::of(&change).map(|_| self.hello());
+        self.bulletin.post_change(told(&change), hello);
         gate.open.push(change);
-        self.bulletin.post_change(told(&change));
         Ok(answer)
     }
 
@@ -180,10 +180,12 @@ impl Ocean {
         gate: &mut Gate,
     ) -> Result<(Change, Arc<Timeline>, Held), Problem> {
         for _ in 0..ATTEMPTS {
-            let (effective_tick, transition_ticks) = self.time_of(proposal, arrived, gate.build)?;
-            let change = Change { sequence, effective_tick, transition_ticks, kind };
-            let (timeline, now, started) = (Arc::clone(timeline), self.tick(), self.clock.now_us());
-            let built = spawn_blocking(move || Arc::new(timeline.with(change, now))).await;
+            let change = self.change_of(proposal, &kind, sequence, arrived, gate.build)?;
+            let effective_tick = change.effective_tick;
+            let (now, started) = (self.tick(), self.clock.now_us());
+            fit(timeline, &change, now)?;
+            let (timeline, new) = (Arc::clone(timeline), change.clone());
+            let built = spawn_blocking(move || Arc::new(timeline.with(new, now))).await;
             let next = built.map_err(|error| failed(&error))?;
             gate.expect(self.clock.now_us() - started);
             crowd(&next, gate.open.iter().chain([&change]))?;
@@ -197,8 +199,15 @@ impl Ocean {
         Err(Problem::new(StatusCode::SERVICE_UNAVAILABLE, "too-slow", "The server is too busy", detail).retry_after(1))
     }
 
-    /// The tick and length of a proposal, if it can be built before the first frames of that tick leave.
-    fn time_of(&self, proposal: &Proposal, arrived: i64, build: i64) -> Result<(i64, i64), Problem> {
+    /// The entry that a proposal would be now, if it can be built before the first frames of its tick leave.
+    fn change_of(
+        &self,
+        proposal: &Proposal,
+        kind: &ChangeKind,
+        sequence: u64,
+        arrived: i64,
+        build: i64,
+    ) -> Result<Change, Problem> {
         let earliest = self.tick() + lead() + MARGIN + build;
         let tick = proposal.when.tick(arrived, earliest);
         let (field, value) = match proposal.when {
@@ -206,7 +215,7 @@ impl Ocean {
             When::Tick(tick) => ("effective_tick", Some(serde_json::Value::from(tick))),
             When::In(s) => ("in_seconds", Some(serde_json::Value::from(s))),
         };
-        let time = Change::check_time(tick, proposal.transition_s)?;
+        let transition_ticks = Change::check_time(kind, tick, proposal.transition_s)?;
         let latest = earliest.saturating_add(FARTHEST);
         if tick > latest {
             let detail = format!("the change would act at tick {tick}; the latest it can be announced for is {latest}");
@@ -217,7 +226,7 @@ impl Ocean {
                 .allowed(latest));
         }
         if tick >= earliest {
-            return Ok(time);
+            return Ok(Change { sequence, effective_tick: tick, transition_ticks, kind: kind.clone() });
         }
         let detail = format!("the change would act at tick {tick}; the earliest it can act at is {earliest}");
         let title = "Too early: frames of that tick are on their way";
@@ -226,6 +235,22 @@ impl Ocean {
             .found(value.unwrap_or_default())
             .allowed(earliest))
     }
+}
+
+/// Refuses a change that can't act as things will be at its tick, or after which an accepted one no longer could.
+fn fit(timeline: &Timeline, change: &Change, now: i64) -> Result<(), Problem> {
+    let settled = timeline.layout_settled();
+    if CrossFade::of(change).is_some() && now < settled {
+        let detail = format!("the change of layout before it is settled at tick {settled}; now is tick {now}");
+        return Err(Problem::conflict("layout-under-way", detail).allowed(settled));
+    }
+    timeline.check(change).map_err(|(sequence, error)| {
+        if sequence == change.sequence {
+            return error.into();
+        }
+        let detail = format!("entry {sequence} of the log is accepted and could then not act: {error}");
+        Problem::conflict("against-accepted", detail).allowed(sequence)
+    })
 }
 
 /// Refuses a timeline with too many transitions under way at once. They can only be most just after one begins.
@@ -244,10 +269,17 @@ fn crowd<'a>(timeline: &Timeline, changes: impl Iterator<Item = &'a Change>) -> 
 
 /// A change as clients are told.
 pub fn told(change: &Change) -> WireChange {
-    let Change { sequence, effective_tick, transition_ticks, kind } = *change;
+    let Change { sequence, effective_tick, transition_ticks, kind } = change.clone();
     let change = match kind {
         ChangeKind::Wind { speed_mps, direction_from_deg } => WireChangeKind::Wind { speed_mps, direction_from_deg },
-        ChangeKind::Water { depth_m } => WireChangeKind::Water { depth_m },
+        ChangeKind::Water { depth_m, gravity } => WireChangeKind::Water { depth_m, gravity },
+        ChangeKind::Layout { cascades, wind_range_mps } => WireChangeKind::Layout {
+            n: cascades.n.map(|n| u32::try_from(n).unwrap_or(u32::MAX)),
+            band_limit: cascades.band_limit,
+            finest_wavelength_m: cascades.finest_wavelength_m,
+            patches_m: cascades.patches_m,
+            wind_range_mps,
+        },
     };
     WireChange { sequence, effective_tick, transition_ticks, change }
 }

@@ -1,36 +1,47 @@
 //! What clients ask for, checked against the sea that is served.
 
 use crate::engine::RATES_HZ;
-use crate::sea::Timeline;
+use crate::sea::{Layout, Timeline};
 use crate::tile::levels;
-use crate::wire::{ClientError, ErrorCode, Group, MAX_TICK, ServerMessage, Subscribe};
+use crate::wire::{ClientError, ErrorCode, Group, MAX_TICK, ServerMessage, Subscribe, UnitName};
 
 use super::settings::MAX_UNITS;
 
-/// Checks that every unit of a subscription exists.
+/// Checks that every unit of a subscription exists. Gives those that can still come at `tick`: without units of
+/// cascades that have ended, which a client may ask for until it has read of it.
 ///
 /// # Errors
 /// [`ClientError`] naming the first field that is wrong, its value and its bound.
-pub fn check(subscribe: &Subscribe, timeline: &Timeline) -> Result<(), ClientError> {
+pub fn check(subscribe: &Subscribe, timeline: &Timeline, tick: i64) -> Result<Vec<UnitName>, ClientError> {
     if !RATES_HZ.contains(&subscribe.rate_hz) {
         return Err(invalid("rate_hz".to_owned(), subscribe.rate_hz, &format!("one of {RATES_HZ:?}")));
     }
     if subscribe.units.len() > MAX_UNITS {
         return Err(invalid("units".to_owned(), subscribe.units.len(), &format!("at most {MAX_UNITS}")));
     }
-    let cascades = &timeline.layout().cascades;
+    let mut units = Vec::with_capacity(subscribe.units.len());
+    let before = timeline.layout().generation.checked_sub(1);
     for (index, unit) in subscribe.units.iter().enumerate() {
-        let Some(cascade) = cascades.get(usize::from(unit.cascade)) else {
-            return Err(invalid(format!("units[{index}].cascade"), unit.cascade, &below(cascades.len())));
+        let life = match timeline.life_of(unit.cascade) {
+            Some((_, life)) => life,
+            None if before.is_some_and(|before| Layout::numbers(before, unit.cascade)) => continue,
+            None => {
+                let known: Vec<u8> = timeline.lives().map(|life| life.cascade.index).collect();
+                return Err(invalid(format!("units[{index}].cascade"), unit.cascade, &format!("one of {known:?}")));
+            }
         };
-        if unit.level >= levels(cascade) {
-            return Err(invalid(format!("units[{index}].level"), unit.level, &below(usize::from(levels(cascade)))));
+        if unit.level >= levels(&life.cascade) {
+            let below = format!("below {}", levels(&life.cascade));
+            return Err(invalid(format!("units[{index}].level"), unit.level, &below));
         }
         if unit.group == Group::Foam && timeline.scene().effects.foam.is_none() {
             return Err(invalid(format!("units[{index}].group"), "foam", "another group: this scene has no foam"));
         }
+        if !life.is_over(tick) {
+            units.push(*unit);
+        }
     }
-    Ok(())
+    Ok(units)
 }
 
 /// A refusal as it is sent.
@@ -53,8 +64,4 @@ pub fn unavailable(index: usize, most: usize) -> ClientError {
 fn invalid(field: String, value: impl std::fmt::Display, bound: &str) -> ClientError {
     let detail = format!("{field} is {value}, must be {bound}");
     ClientError { code: ErrorCode::Invalid, field: Some(field), detail }
-}
-
-fn below(n: usize) -> String {
-    format!("below {n}")
 }

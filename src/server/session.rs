@@ -22,6 +22,7 @@ use super::requests;
 use super::ring::Cursor;
 use super::socket::Socket;
 use crate::engine::interval_of_rate;
+use crate::sea::Layout;
 use crate::wire::{
     ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, ServerMessage, Subscribe, Subscribed, TICKS_PER_SECOND,
     TimeAnswer, UnitName,
@@ -199,6 +200,8 @@ impl Session {
             if news.missed {
                 return Err(OVERFLOW);
             }
+            // Its units so far are of layouts before: those of a number that the new one has are of one long gone.
+            self.units.retain(|(unit, _)| !news.layouts.iter().any(|new| Layout::numbers(*new, unit.cascade)));
             news.changes.into_iter().chain(news.status).for_each(|message| self.send(message));
         }
         if beats - self.pinged >= self.ocean.settings.ping.as_secs() {
@@ -277,8 +280,8 @@ impl Session {
     }
 
     fn subscribe(&mut self, subscribe: Subscribe) -> Result<Subscribed, ClientError> {
-        requests::check(&subscribe, &self.ocean.current().timeline)?;
         let now = self.ocean.tick();
+        let asked = requests::check(&subscribe, &self.ocean.current().timeline, now)?;
         let least = now.saturating_sub(SUBSCRIPTIONS * TICKS_PER_SUBSCRIPTION);
         let used = self.subscribed_until.max(least) + TICKS_PER_SUBSCRIPTION;
         if used > now {
@@ -287,7 +290,7 @@ impl Session {
         }
         self.subscribed_until = used;
         let interval = interval_of_rate(subscribe.rate_hz);
-        let granted = self.client.subscribe(interval, &subscribe.units);
+        let granted = self.client.subscribe(interval, &asked);
         let units = granted.map_err(|index| requests::unavailable(index, self.ocean.settings.live_units))?;
         // Read after the engine was told: frames up to here may have left without the new units.
         let from_tick = ((self.ocean.tick() + lead()) / interval + 1) * interval;

@@ -51,6 +51,11 @@ impl Subscriptions {
         Ok(units)
     }
 
+    /// Forgets units of which nothing will come any more.
+    pub fn forget(&mut self, gone: impl Fn(&UnitName) -> bool) {
+        self.by_client.values_mut().for_each(|wish| wish.units.retain(|unit| !gone(unit)));
+    }
+
     /// Forgets a client.
     pub fn remove(&mut self, client: u64) {
         self.by_client.remove(&client);

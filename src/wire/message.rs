@@ -11,7 +11,7 @@ pub const MAX_MESSAGE_BYTES: usize = 4096;
 /// A unit as messages name it: what is encoded once and shared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct UnitName {
-    /// Index of the cascade.
+    /// Number of the cascade, `index` in `hello`.
     pub cascade: u8,
     /// Level of detail, 0 the full grid.
     pub level: u8,
@@ -78,6 +78,8 @@ pub enum ErrorCode {
 /// A cascade as `hello` describes it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HelloCascade {
+    /// Its number in units and frames.
+    pub index: u8,
     /// Side of the square patch, metres.
     pub patch_m: f64,
     /// Samples a side at level 0.
@@ -88,14 +90,25 @@ pub struct HelloCascade {
     pub wavelength_min_m: f64,
     /// Longest wave it holds, metres.
     pub wavelength_max_m: f64,
+    /// It is part of the sea from this tick on ...
+    pub from_tick: i64,
+    /// ... and no more from this one on; `None` while no change of layout ends it.
+    pub until_tick: Option<i64>,
+}
+
+impl HelloCascade {
+    /// Whether it is part of the sea of a tick.
+    pub fn contains(&self, tick: i64) -> bool {
+        tick >= self.from_tick && self.until_tick.is_none_or(|until| tick < until)
+    }
 }
 
 /// The cascades of a sea.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HelloLayout {
-    /// Counts layouts of this timeline.
+    /// Counts the changes of layout that were accepted.
     pub generation: u32,
-    /// In order of their index.
+    /// Of one layout, or of two while it changes: the old one's first.
     pub cascades: Vec<HelloCascade>,
 }
 
@@ -242,11 +255,35 @@ pub enum WireChangeKind {
         /// Where it comes from, degrees clockwise from north.
         direction_from_deg: f64,
     },
-    /// The water body.
+    /// The water body; what is absent stays as it is.
     Water {
-        /// Depth in metres, null for infinitely deep.
+        /// Depth in metres; infinity, which JSON writes as null, for infinitely deep.
+        #[serde(default, deserialize_with = "depth", skip_serializing_if = "Option::is_none")]
         depth_m: Option<f64>,
+        /// Gravity, m/s^2.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        gravity: Option<f64>,
     },
+    /// The cascades, as they were asked for; what they are stands in the `hello` that follows.
+    Layout {
+        /// Samples a side; absent: as the waves need it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        n: Option<u32>,
+        /// End of each band, as a share of its patch's Nyquist wavenumber.
+        band_limit: f64,
+        /// Shortest wave an automatic layout must hold, metres.
+        finest_wavelength_m: f64,
+        /// Patch sides in metres; empty: automatic.
+        patches_m: Vec<f64>,
+        /// Wind speeds from now on, m/s; absent: as they were.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        wind_range_mps: Option<[f64; 2]>,
+    },
+}
+
+/// Null is a depth, too.
+fn depth<'de, D: Deserializer<'de>>(value: D) -> Result<Option<f64>, D::Error> {
+    Ok(Some(Option::<f64>::deserialize(value)?.unwrap_or(f64::INFINITY)))
 }
 
 /// An entry of the control log, as clients are told.
@@ -295,7 +332,8 @@ impl ServerMessage {
     /// The message as JSON text.
     ///
     /// # Panics
-    /// Never: every field is a plain number, string or list; floats are finite by construction.
+    /// Never: every field is a plain number, string or list; floats are finite by construction, but for a depth, whose
+    /// infinity JSON writes as null.
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).expect("plain data serialises")
     }

@@ -15,4 +15,6 @@ pub use message::{
     WireChange, WireChangeKind,
 };
 pub use parse::ServerTextError;
-pub use vocabulary::{CODEC_I16, ErrorClass, Group, MAX_TICK, SUBPROTOCOL, TICKS_PER_SECOND, TILE};
+pub use vocabulary::{
+    CODEC_I16, ErrorClass, Group, MAX_TICK, REST_TICKS, SLOWEST_INTERVAL, SUBPROTOCOL, TICKS_PER_SECOND, TILE,
+};

@@ -6,6 +6,11 @@ use serde::{Deserialize, Serialize};
 pub const SUBPROTOCOL: &str = "swellcast.v1";
 /// Ticks in a second: divisible by every common frame rate from 24 to 144 Hz.
 pub const TICKS_PER_SECOND: i64 = 7200;
+/// Ticks between frames of the lowest rate, 15 Hz: the grid on which layouts are cross-faded.
+pub const SLOWEST_INTERVAL: i64 = TICKS_PER_SECOND / 15;
+/// A cascade that ends is exactly zero for this long before its last tick: three frames of the lowest rate, so that
+/// nobody has to guess what comes after the last.
+pub const REST_TICKS: i64 = 3 * SLOWEST_INTERVAL;
 /// The largest tick: 2^53 - 1, so that JSON and JavaScript hold every tick exactly (39,645 years).
 pub const MAX_TICK: i64 = (1 << 53) - 1;
 /// Most samples a side of one tile; larger patches are cut.

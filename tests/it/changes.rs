@@ -90,15 +90,15 @@ fn the_order_in_which_changes_were_accepted_does_not_matter_to_the_sea() {
         sequence,
         effective_tick: at,
         transition_ticks: 0,
-        kind: ChangeKind::Water { depth_m },
+        kind: ChangeKind::Water { depth_m: Some(depth_m), gravity: None },
     };
     let late = wind(1, 40 * SECOND, 5, 12.0, 200.0);
-    let early = depth(2, 10 * SECOND, Some(15.0));
-    let last = depth(3, 60 * SECOND, None);
-    let one_by_one = Timeline::new(&scene).with(late, 0).with(early, 0).with(last, 0);
+    let early = depth(2, 10 * SECOND, 15.0);
+    let last = depth(3, 60 * SECOND, f64::INFINITY);
+    let one_by_one = Timeline::new(&scene).with(late.clone(), 0).with(early.clone(), 0).with(last.clone(), 0);
     // The second has folded into one what was over long before it began.
-    let replayed =
-        [(0, 0), (200, 171)].map(|(now, from)| (Timeline::replay(&scene, &[early, late, last], now * SECOND), from));
+    let log = [early, late, last];
+    let replayed = [(0, 0), (200, 171)].map(|(now, from)| (Timeline::replay(&scene, &log, now * SECOND), from));
     for (replayed, from) in replayed {
         for second in [0, 9, 10, 41, 50, 61, 171, 1000].into_iter().filter(|second| *second >= from) {
             let tick = second * SECOND;
@@ -116,4 +116,72 @@ fn a_change_leaves_the_past_alone() {
     assert!(timeline.at(499) == changed.at(499));
     assert!(timeline.at(500) != changed.at(500));
     assert_eq!((changed.sequence_at(499), changed.sequence_at(500)), (0, 1));
+}
+
+#[test]
+fn records_follow_one_another_at_their_ticks_and_never_jump() {
+    let scene = preset("ndbc-41010-replay").unwrap();
+    let replay = scene.replay.clone().unwrap();
+    let timeline = Timeline::new(&scene);
+    let hs_of = |record: &swellcast::scene::MeasuredSpectrum| 4.0 * record.m0().sqrt();
+    let first = scene.sea.measured.clone().unwrap();
+    assert!((timeline.hs_at(0) / hs_of(&first) - 1.0).abs() < 0.01);
+    for (i, (tick, record)) in replay.ticks().zip(replay.records.iter()).enumerate().step_by(9) {
+        assert_eq!(tick, (i as i64 + 1) * 60 * SECOND);
+        let before = if i == 0 { &first } else { &replay.records[i - 1] };
+        let after = tick + replay.transition_ticks;
+        assert!((timeline.hs_at(tick) / hs_of(before) - 1.0).abs() < 0.01, "record {i} is not there too soon");
+        assert!((timeline.hs_at(after) / hs_of(record) - 1.0).abs() < 0.01, "record {i} has come");
+        let middle = timeline.hs_at((tick + after) / 2);
+        assert!(middle <= hs_of(before).max(hs_of(record)) * 1.01);
+    }
+    let last = replay.records.last().unwrap();
+    assert!((timeline.hs_at(30 * 86_400 * SECOND) / hs_of(last) - 1.0).abs() < 0.01, "the sea stays with the last");
+    // Through a transition nothing moves faster than in a steady sea.
+    let at = replay.ticks().next().unwrap();
+    let (calm, changing) = (largest_step(&timeline, 10 * SECOND, 60), largest_step(&timeline, at - 5 * FRAME, 90));
+    println!("{changing:.4} m a frame through a transition, {calm:.4} in a steady sea");
+    assert!(changing <= 1.2 * calm);
+    // A change of the water goes through all of them; a server that joined later agrees.
+    let depth = ChangeKind::Water { depth_m: Some(12.0), gravity: None };
+    let shoal = Change { sequence: 1, effective_tick: 90 * SECOND, transition_ticks: SECOND, kind: depth };
+    let (early, late) = (timeline.with(shoal.clone(), 0), Timeline::replay(&scene, &[shoal], 200 * SECOND));
+    for second in [200, 245, 260, 600] {
+        assert!(early.at(second * SECOND) == late.at(second * SECOND), "after {second} s");
+        assert_eq!(early.state_at(second * SECOND).water.depth_m, 12.0);
+    }
+}
+
+#[test]
+fn a_calm_becomes_a_hurricane_in_no_time_in_a_second_and_in_a_minute() {
+    let mut calm = scene_at(2.0);
+    calm.wind_range_mps = Some([2.0, 60.0]);
+    calm.effects.foam = None;
+    let at = 100 * SECOND;
+    let steady = |speed: f64| {
+        let mut scene = calm.clone();
+        scene.sea.wind.as_mut().unwrap().speed_mps = speed;
+        largest_step(&Timeline::new(&scene), 100 * SECOND, 90)
+    };
+    let most = steady(60.0);
+    for seconds in [0, 1, 5, 60] {
+        let log = [
+            wind(1, at, seconds, 60.0, 250.0),
+            // Before the first is over, or at once after it.
+            wind(2, at + seconds * SECOND / 2, seconds, 2.0, 90.0),
+            wind(3, at + seconds * SECOND * 3 / 4, seconds, 60.0, 300.0),
+        ];
+        let one_by_one = log.iter().fold(Timeline::new(&calm), |t, change| t.with(change.clone(), at));
+        let joined = Timeline::replay(&calm, &log, at + seconds * SECOND);
+        for tick in [at + seconds * SECOND, at + (2 * seconds + 1) * SECOND] {
+            assert!(one_by_one.at(tick) == joined.at(tick), "a server that joined later");
+        }
+        let frames = (2 * seconds + 2) * 30;
+        // A minute's transition is looked at where it is fastest.
+        let from = at + (seconds.saturating_sub(20)) * SECOND / 2 - 5 * FRAME;
+        let moved = largest_step(&one_by_one, from, frames.min(600));
+        println!("{seconds} s: {moved:.3} m a frame, {most:.3} in a steady hurricane");
+        assert!(moved.is_finite() && one_by_one.hs_at(at + 200 * SECOND).is_finite());
+        assert!(seconds < 5 || moved <= 1.2 * most, "{moved} m a frame");
+    }
 }

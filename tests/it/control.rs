@@ -10,8 +10,8 @@ use swellcast::scene::{Change, ChangeKind, Scene, SeaState, preset};
 
 fn change(sequence: u64) -> Change {
     let kind = match sequence % 3 {
-        0 => ChangeKind::Water { depth_m: None },
-        1 => ChangeKind::Water { depth_m: Some(0.1 + sequence as f64 / 3.0) },
+        0 => ChangeKind::Water { depth_m: Some(f64::INFINITY), gravity: Some(9.0 + sequence as f64 / 7.0) },
+        1 => ChangeKind::Water { depth_m: Some(0.1 + sequence as f64 / 3.0), gravity: None },
         _ => ChangeKind::Wind { speed_mps: 16.0 / 3.0, direction_from_deg: 359.9 },
     };
     Change { sequence, effective_tick: 7200 * sequence as i64, transition_ticks: 3600, kind }
@@ -183,7 +183,7 @@ fn time_that_was_reached_is_remembered() {
 fn an_entry_that_no_server_would_have_accepted_is_damage() {
     let folder = tempfile::tempdir().unwrap();
     let store = written(folder.path(), 2);
-    let kind = ChangeKind::Water { depth_m: Some(-1.0) };
+    let kind = ChangeKind::Water { depth_m: Some(-1.0), gravity: None };
     store.append(&Change { sequence: 3, effective_tick: 1, transition_ticks: 0, kind }, None).unwrap();
     assert!(store.begun().unwrap_err().to_string().contains("entry 3"));
 }

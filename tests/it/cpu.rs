@@ -44,7 +44,7 @@ fn cpu_agrees_with_the_reference_across_a_change_of_depth() {
         sequence: 1,
         effective_tick: at,
         transition_ticks: 7200,
-        kind: ChangeKind::Water { depth_m: Some(19.9) },
+        kind: ChangeKind::Water { depth_m: Some(19.9), gravity: None },
     };
     let mut shallow = wind_sea(12.0, 128, &[900.0, 130.0]);
     shallow.sea.water.depth_m = 20.0;
@@ -55,22 +55,20 @@ fn cpu_agrees_with_the_reference_across_a_change_of_depth() {
 }
 
 #[test]
-fn a_change_of_depth_moves_no_point_more_than_a_frame_does() {
+fn a_change_of_depth_or_gravity_moves_no_point_more_than_a_frame_does() {
     let at = DAY;
     let mut shallow = wind_sea(12.0, 128, &[900.0, 130.0]);
     shallow.sea.water.depth_m = 20.0;
-    let change = Change {
-        sequence: 1,
-        effective_tick: at,
-        transition_ticks: 0,
-        kind: ChangeKind::Water { depth_m: Some(19.9) },
-    };
-    let timeline = Timeline::new(&shallow).with(change, at);
-    let heights = |tick| cpu_fields(&timeline, tick, 0, &[Field::Height]).remove(0);
-    let step = |a: i64, b: i64| heights(a).iter().zip(heights(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-    let steady = step(at - 480, at - 240);
-    let across = step(at - 240, at);
-    assert!(across <= 1.2 * steady, "{across} m across the change, {steady} m in a steady frame");
+    for (depth_m, gravity) in [(Some(19.9), None), (None, Some(9.75)), (Some(20.1), Some(9.85))] {
+        let kind = ChangeKind::Water { depth_m, gravity };
+        let change = Change { sequence: 1, effective_tick: at, transition_ticks: 0, kind };
+        let timeline = Timeline::new(&shallow).with(change, at);
+        let heights = |tick| cpu_fields(&timeline, tick, 0, &[Field::Height]).remove(0);
+        let step = |a: i64, b: i64| heights(a).iter().zip(heights(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        let steady = step(at - 480, at - 240);
+        let across = step(at - 240, at);
+        assert!(across <= 1.2 * steady, "{across} m across {depth_m:?}, {gravity:?}; {steady} m in a steady frame");
+    }
 }
 
 #[test]

@@ -43,7 +43,7 @@ fn a_server_that_began_later_sends_the_same_bytes_foam_included() {
         transition_ticks: 5 * 7200,
         kind: ChangeKind::Wind { speed_mps: 16.0, direction_from_deg: 200.0 },
     };
-    let timeline = Timeline::new(&wind_sea(11.0, 64, &[300.0, 40.0])).with(change, 0);
+    let timeline = Timeline::new(&wind_sea(11.0, 64, &[300.0, 40.0])).with(change.clone(), 0);
     let demand = everything(2);
     // One runs through every frame of 30 s and the change; the other joins in the middle of the change.
     let mut old = stepper(&timeline, &demand);

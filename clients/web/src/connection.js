@@ -2,7 +2,7 @@
 // Runs in the worker; holds no time of its own beyond what a reconnect needs.
 
 import { decodeFrame, FrameError } from './decode.js';
-import { MessageError, parseServerMessage, subscribeMessage, SUBPROTOCOL, timeMessage } from './messages.js';
+import { isThere, MessageError, parseServerMessage, subscribeMessage, SUBPROTOCOL, timeMessage } from './messages.js';
 import { planUnits } from './plan.js';
 
 const BACKOFF_MS = [250, 500, 1000, 2000, 4000];
@@ -86,11 +86,14 @@ export class Connection {
     if (message.type === 'time') {
       this.on.exchange(message.t0, message.t1_us / 1000, message.t2_us / 1000, at);
     } else if (message.type === 'hello') {
+      const further = this.hello?.epoch === message.epoch; // the layout changes: all else goes on
       this.hello = message;
       this.plan = planUnits(message, this.wish);
+      this.cascades = new Map(message.layout.cascades.map((cascade) => [cascade.index, cascade]));
       this.on.hello(message, this.plan);
       this.on.state(true, '');
       this.#subscribe();
+      if (further) return;
       this.exchanges = 0;
       this.#exchange();
     } else {
@@ -108,12 +111,13 @@ export class Connection {
       this.on.refused(error.message);
       return;
     }
-    if (frame.epoch !== this.hello.epoch.toLowerCase() || frame.layout !== this.hello.layout.generation) {
+    if (frame.epoch !== this.hello.epoch.toLowerCase()) {
       this.restart('another sea begins'); // its hello says which
       return;
     }
     this.attempt = 0; // it works
-    this.on.frame(frame);
+    const cascade = this.cascades.get(frame.cascade);
+    if (cascade && isThere(cascade, frame.tick)) this.on.frame(frame);
   }
 
   #subscribe() {

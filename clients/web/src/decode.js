@@ -19,7 +19,7 @@ export class FrameError extends Error {}
 
 /**
  * @typedef {object} Frame
- * @property {number} cascade index into `hello.layout.cascades`
+ * @property {number} cascade `index` of one of `hello.layout.cascades`
  * @property {number} level
  * @property {number} class index into CLASSES
  * @property {number} group index into GROUPS
@@ -32,7 +32,7 @@ export class FrameError extends Error {}
  * @property {number} tick
  * @property {string} epoch 16 hexadecimal digits
  * @property {bigint} sequence
- * @property {number} layout generation
+ * @property {number} layout changes of layout in effect at its tick
  * @property {Float32Array} step metres (or 1) a count, per channel
  * @property {Float32Array} maxError per channel
  * @property {Int16Array} counts all planes, one after the other: a view into the message

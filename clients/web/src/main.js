@@ -93,13 +93,14 @@ worker.onmessage = ({ data }) => {
 };
 
 function begin(hello, plan) {
-  if (swellcast.hello?.epoch !== hello.epoch) clock.reset();
+  const goesOn = swellcast.hello?.epoch === hello.epoch;
+  if (!goesOn) clock.reset();
   swellcast.hello = hello;
   panel.setHello(hello);
   const next = JSON.stringify([hello.epoch, hello.layout, plan]);
   if (next === sea) return; // the same sea again: what is held stays true
   sea = next;
-  renderer.setSea(hello.layout, plan);
+  renderer.setSea(hello.layout, plan, goesOn);
 }
 
 function hear(message) {

@@ -2,6 +2,8 @@
 
 export const SUBPROTOCOL = 'swellcast.v1';
 export const TICKS_PER_SECOND = 7200;
+/** A cascade that ends is zero for this long before its last tick. */
+export const REST_TICKS = 1440;
 
 /** A text message that can't be used; `message` says why. */
 export class MessageError extends Error {}
@@ -14,7 +16,7 @@ const object = (v) => v !== null && typeof v === 'object' && !list(v);
 const orNull = (check) => (v) => v === null || check(v);
 const isWind = (v) => object(v) && finite(v.speed_mps) && finite(v.direction_from_deg);
 const isUnit = (v) => object(v) && index(v.cascade) && index(v.level) && text(v.class) && text(v.group);
-const isCascade = (v) => object(v) && v.patch_m > 0 && v.patch_m < Infinity && index(v.n) && v.n > 0
+const isCascade = (v) => object(v) && index(v.index) && index(v.from_tick) && orNull(index)(v.until_tick) && v.patch_m > 0 && v.patch_m < Infinity && index(v.n) && v.n > 0
   && index(v.levels) && v.wavelength_min_m > 0 && v.wavelength_max_m > 0;
 
 /** What each message must hold for this client to use it; other fields are ignored. */
@@ -39,6 +41,15 @@ const FORMS = {
   change: { sequence: index, effective_tick: index, transition_ticks: index, change: object },
   error: { code: text, detail: text },
 };
+
+/**
+ * @param {object} cascade of `hello`
+ * @param {number} tick
+ * @returns {boolean} whether it is part of the sea then
+ */
+export function isThere(cascade, tick) {
+  return tick >= cascade.from_tick && (cascade.until_tick === null || tick < cascade.until_tick);
+}
 
 /**
  * @param {string} json

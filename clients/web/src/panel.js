@@ -111,9 +111,11 @@ export class Panel {
 
   /** @param {object} change an entry of the control log */
   setChange(change) {
-    if (change.change.kind !== 'wind') return;
+    const { kind, speed_mps: speed } = change.change;
+    const what = { wind: `Wind goes to ${speed} m/s`, layout: 'The layout changes' }[kind];
+    if (!what) return;
     const over = change.transition_ticks / TICKS_PER_SECOND;
-    this.#answer(true, `Wind goes to ${change.change.speed_mps} m/s from ${seaTime(change.effective_tick)}, over ${over} s.`);
+    this.#answer(true, `${what} from ${seaTime(change.effective_tick)}, over ${over} s.`);
   }
 
   /**

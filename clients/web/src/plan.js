@@ -1,5 +1,7 @@
 // What to subscribe to: the wish of the page, fitted to what `hello` offers.
 
+import { subscribeMessage } from './messages.js';
+
 /**
  * @typedef {object} Plan
  * @property {number} rateHz
@@ -21,10 +23,12 @@ export function planUnits(hello, wish) {
   const offered = hello.groups.map((g) => g.name);
   const units = [];
   for (const group of WANTED.filter((g) => offered.includes(g))) {
-    hello.layout.cascades.forEach((cascade, index) => {
-      units.push({ cascade: index, level: Math.min(wish.level, cascade.levels - 1), class: kind, group });
-    });
+    for (const cascade of hello.layout.cascades) {
+      units.push({ cascade: cascade.index, level: Math.min(wish.level, cascade.levels - 1), class: kind, group });
+    }
   }
-  const most = hello.limits.units ?? units.length;
-  return { rateHz, units: units.slice(0, most) };
+  const { units: most = units.length, message_bytes: bytes = Infinity } = hello.limits;
+  units.splice(most);
+  while (subscribeMessage(Number.MAX_SAFE_INTEGER, rateHz, units).length > bytes) units.pop();
+  return { rateHz, units };
 }

@@ -23,9 +23,10 @@ class FakeSocket {
 }
 
 const EPOCH = 'ab54a98ceb1f0ad2'; // that of makeFrame
+const CASCADE = { index: 1, patch_m: 9, n: 8, levels: 1, wavelength_min_m: 1, wavelength_max_m: 9, from_tick: 0, until_tick: null };
 const hello = (epoch = EPOCH, generation = 1) => ({
   type: 'hello', protocol: 1, server: 's', scene: 'default', epoch, ticks_per_second: 7200, tick: 1, lead_ticks: 1680,
-  sequence: 0, layout: { generation, cascades: [{ patch_m: 9, n: 8, levels: 1, wavelength_min_m: 1, wavelength_max_m: 9 }] },
+  sequence: 0, layout: { generation, cascades: [CASCADE] },
   rates_hz: [15], classes: [{ name: '1mm' }],
   groups: ['displacement', 'slopes', 'derivatives', 'foam'].map((name) => ({ name, channels: [] })), limits: { units: 8 },
 });
@@ -75,14 +76,33 @@ test('frames pass, broken ones are refused and the connection goes on', (t) => {
 test('frames of another sea: it asks anew', (t) => {
   const { heard, pass } = start(t);
   FakeSocket.all[0].say(hello());
-  FakeSocket.all[0].say(makeFrame({ layout: 2 }));
+  FakeSocket.all[0].say(makeFrame({ epoch: 7n }));
   assert.equal(FakeSocket.all[0].closed, true);
   FakeSocket.all[0].say(makeFrame()); // what was still under way
   pass(1000);
   assert.equal(FakeSocket.all.length, 2);
-  FakeSocket.all[1].say(hello(EPOCH, 2));
-  FakeSocket.all[1].say(makeFrame({ layout: 2 }));
+  FakeSocket.all[1].say(hello('0000000000000007'));
+  FakeSocket.all[1].say(makeFrame({ epoch: 7n }));
   assert.deepEqual(heard.map((h) => h[0]), ['hello', 'state', 'state', 'hello', 'state', 'frame']);
+});
+
+test('a further hello: it subscribes to old and new, and takes frames of each at their ticks', (t) => {
+  const { heard, names, pass } = start(t);
+  const [socket] = FakeSocket.all;
+  socket.say(hello());
+  pass(100);
+  const sent = socket.sent.length;
+  const changing = hello(EPOCH, 2);
+  changing.layout.cascades = [{ ...CASCADE, until_tick: 72_000 }, { ...CASCADE, index: 8, from_tick: 36_000 }];
+  socket.say(changing);
+  assert.deepEqual(socket.sent.slice(sent).map((m) => m.type), ['subscribe'], 'time goes on as it did');
+  assert.deepEqual(socket.sent.at(-1).units.map((u) => u.cascade), [1, 8, 1, 8, 1, 8, 1, 8]);
+  const before = names().length;
+  for (const [cascade, tick] of [[1, 71_520], [8, 36_000], [8, 144_000]]) socket.say(makeFrame({ cascade, tick }));
+  assert.deepEqual(heard.slice(before).map((h) => [h[0], h[1].cascade]), [['frame', 1], ['frame', 8], ['frame', 8]]);
+  for (const [cascade, tick] of [[1, 72_000], [8, 35_520], [0, 36_000]]) socket.say(makeFrame({ cascade, tick }));
+  assert.equal(names().length, before + 3, 'dropped without a word');
+  assert.equal(socket.closed, false);
 });
 
 test('lost again and again: waits grow', (t) => {

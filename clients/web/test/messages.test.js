@@ -11,7 +11,7 @@ import { planUnits } from '../src/plan.js';
 const HELLO = {
   type: 'hello', protocol: 1, server: 's', scene: 'default', epoch: '0123456789abcdef', seed: '1', ticks_per_second: 7200,
   tick: 1, lead_ticks: 1680, sequence: 0, choppiness: 1, foam_step_ticks: 720,
-  layout: { generation: 1, cascades: [0, 1].map((i) => ({ patch_m: 100 + i, n: 256, levels: 2, wavelength_min_m: 1, wavelength_max_m: 9 })) },
+  layout: { generation: 1, cascades: [0, 1].map((i) => ({ index: i, patch_m: 100 + i, n: 256, levels: 2, wavelength_min_m: 1, wavelength_max_m: 9, from_tick: 0, until_tick: null })) },
   rates_hz: [5, 15, 30], classes: [{ name: '0.5mm' }, { name: '1mm' }],
   groups: ['displacement', 'slopes', 'derivatives', 'foam'].map((name) => ({ name, channels: [] })),
   limits: { message_bytes: 4096, units: 64, live_units: 64 },
@@ -71,6 +71,14 @@ test('the plan fits what is offered', () => {
   const few = planUnits({ ...HELLO, limits: { units: 3 } }, { rate: 15, level: 0, class: 'none' });
   assert.deepEqual(few.units.map((u) => u.group), ['displacement', 'displacement', 'slopes']);
   assert.equal(few.units[0].class, '0.5mm');
+});
+
+test('a plan for two layouts at once fits into one message, what moves first', () => {
+  const cascades = Array.from({ length: 16 }, (_, index) => ({ ...HELLO.layout.cascades[0], index }));
+  const plan = planUnits({ ...HELLO, limits: { units: 64, message_bytes: 2048 }, layout: { generation: 3, cascades } }, { rate: 15, level: 0, class: '1mm' });
+  assert.ok(subscribeMessage(1, plan.rateHz, plan.units).length <= 2048);
+  assert.ok(plan.units.length > 28 && plan.units.length < 34, `${plan.units.length}`);
+  assert.deepEqual(plan.units.slice(0, 16).map((u) => [u.cascade, u.group]), cascades.map((c) => [c.index, 'displacement']));
 });
 
 test('options', () => {

@@ -200,6 +200,10 @@ impl SceneFile {
             swells: self.swell.into_iter().enumerate().map(|(i, swell)| swell.check(i)).collect::<Result<_, _>>()?,
             measured,
         };
+        let cascades = self.cascades.check()?;
+        if let Some(replay) = replay.as_ref().and_then(Option::as_ref) {
+            replay.check_size(&cascades)?;
+        }
         Ok(Scene {
             name: self.name,
             title: self.title,
@@ -209,7 +213,7 @@ impl SceneFile {
             sea,
             replay: replay.flatten(),
             wind_range_mps,
-            cascades: self.cascades.check()?,
+            cascades,
             effects: self.effects.check()?,
             repeat: repeat(self.loop_s)?,
         })

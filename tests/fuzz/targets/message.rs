@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use libfuzzer_sys::fuzz_target;
 use swellcast::scene::{Change, ChangeKind, MAX_TRANSITION_TICKS, Scene, preset};
 use swellcast::server::{ChangeBody, Problem};
-use swellcast::wire::{ClientMessage, MAX_TICK, ServerMessage};
+use swellcast::wire::{ClientMessage, ServerMessage};
 
 static SCENE: LazyLock<Scene> = LazyLock::new(|| preset("beaufort-5").expect("a preset"));
 /// When the request came, and the first tick at which it could act.
@@ -15,6 +15,7 @@ const NOW: (i64, i64) = (72_000, 74_000);
 fuzz_target!(|bytes: &[u8]| {
     change(ChangeBody::wind(bytes));
     change(ChangeBody::sea(bytes));
+    change(ChangeBody::layout(bytes));
     if let Ok(text) = std::str::from_utf8(bytes) {
         from_client(text);
         from_server(text);
@@ -46,27 +47,31 @@ fn change(body: Result<ChangeBody, Problem>) {
         Ok(asked) => asked,
         Err(problem) => return refused(&problem),
     };
-    let sea = &SCENE.sea;
-    match asked.kind.check(sea, SCENE.wind_range_mps) {
-        Ok(kind) => {
-            assert_eq!(kind.check(sea, SCENE.wind_range_mps), Ok(kind), "what is checked stays");
-            let next = kind.apply(sea);
-            let wind = next.wind.expect("the scene has wind");
-            assert!((0.0..=100.0).contains(&wind.speed_mps) && (0.0..360.0).contains(&wind.direction_from_deg));
-            assert!(next.water.depth_m >= 1e-3);
-            // As the log and the clients' messages hold it.
-            let text = serde_json::to_string(&kind).expect("a change can be written");
-            assert_eq!(serde_json::from_str::<ChangeKind>(&text).ok(), Some(kind), "{text}");
+    let kind = match asked.kind.check() {
+        Ok(kind) => kind,
+        Err(error) => return refused(&Problem::from(error)),
+    };
+    assert_eq!(kind.clone().check(), Ok(kind.clone()), "what is checked stays");
+    // As the log and the clients' messages hold it.
+    let text = serde_json::to_string(&kind).expect("a change can be written");
+    assert_eq!(serde_json::from_str::<ChangeKind>(&text).ok().as_ref(), Some(&kind), "{text}");
+    let effective_tick = asked.when.tick(NOW.0, NOW.1);
+    match Change::check_time(&kind, effective_tick, asked.transition_s) {
+        Ok(transition_ticks) => {
+            assert!((0..=MAX_TRANSITION_TICKS).contains(&transition_ticks));
+            let change = Change { sequence: 1, effective_tick, transition_ticks, kind: kind.clone() };
+            assert_eq!(change.check(), Ok(()));
         }
         Err(error) => refused(&Problem::from(error)),
     }
-    match Change::check_time(asked.when.tick(NOW.0, NOW.1), asked.transition_s) {
-        Ok((tick, transition)) => {
-            assert!((0..=MAX_TICK).contains(&tick) && (0..=MAX_TRANSITION_TICKS).contains(&transition));
-            assert_eq!(Change::check_ticks(tick, transition), Ok(()));
-        }
-        Err(error) => refused(&Problem::from(error)),
+    if let Err(error) = kind.fits(&SCENE) {
+        return refused(&Problem::from(error));
     }
+    let mut scene = SCENE.clone();
+    kind.apply(&mut scene);
+    let wind = scene.sea.wind.expect("the scene has wind");
+    assert!((0.0..=100.0).contains(&wind.speed_mps) && (0.0..360.0).contains(&wind.direction_from_deg));
+    assert!(scene.sea.water.depth_m >= 1e-3 && (0.1..=100.0).contains(&scene.sea.water.gravity));
 }
 
 fn refused(problem: &Problem) {

@@ -129,8 +129,51 @@ fn a_ring_holds_the_newest_frames_and_forgets_the_past() {
 }
 
 #[test]
+fn a_cascade_counts_at_its_ticks_alone() {
+    let mut changing = hello();
+    (changing.layout.cascades[0].from_tick, changing.layout.cascades[0].until_tick) = (7200, Some(14_400));
+    let mut playback = Playback::new(&changing, &[unit(0, 5, Group::Foam)]);
+    [7200, 7680, 12_480, 12_960].into_iter().for_each(|tick| playback.insert(frame(tick, 0.5)).unwrap());
+    assert_eq!(at(&playback, 7199.0), None, "it has not begun");
+    assert_eq!(at(&playback, 7200.0), Some((0.5, Footing::Between)));
+    // Three frames of 15 Hz before its end it is nothing: only after a frame of those there is nothing to wait for.
+    assert_eq!(at(&playback, 13_000.0).unwrap().1, Footing::Between, "at rest");
+    assert_eq!(at(&playback, 14_399.0).unwrap().1, Footing::Between);
+    assert_eq!(at(&playback, 14_400.0), None, "it has ended");
+    playback.forget_before(2_000_000);
+    assert_eq!(playback.keys().count(), 0, "what ended is let go of");
+    let mut lacking = Playback::new(&changing, &[unit(0, 5, Group::Foam)]);
+    lacking.insert(frame(12_480, 0.5)).unwrap();
+    assert_eq!(at(&lacking, 13_000.0).unwrap().1, Footing::Starved, "the frames at rest did not come");
+}
+
+#[test]
+fn a_further_hello_keeps_what_goes_on() {
+    let mut before = Playback::new(&hello(), &[unit(0, 5, Group::Foam)]);
+    before.insert(frame(7200, 0.5)).unwrap();
+    let mut ending = hello();
+    ending.layout.cascades[0].until_tick = Some(72_000);
+    let after = before.renewed(&ending, &[unit(0, 5, Group::Foam), unit(1, 5, Group::Foam)]);
+    assert_eq!(at(&after, 7200.0), Some((0.5, Footing::Between)));
+    // Another level, another cascade of that number, another sea: nothing of those is held.
+    let kept = |hello: &Hello, level| {
+        let mut before = Playback::new(&ending, &[unit(0, 5, Group::Foam)]);
+        before.insert(frame(7200, 0.5)).unwrap();
+        before.renewed(hello, &[unit(0, level, Group::Foam)]).keys().count()
+    };
+    let mut other = ending.clone();
+    assert_eq!((kept(&other, 5), kept(&other, 4)), (1, 0));
+    other.layout.cascades[0].from_tick = 1;
+    assert_eq!(kept(&other, 5), 0);
+    other = Hello { epoch: "0123456789abcdee".to_owned(), ..ending.clone() };
+    assert_eq!(kept(&other, 5), 0);
+}
+
+#[test]
 fn strays_are_refused() {
-    let mut playback = playback();
+    let mut ending = hello();
+    ending.layout.cascades[0].until_tick = Some(70_000);
+    let mut playback = Playback::new(&ending, &[unit(0, 5, Group::Foam)]);
     let stray = |change: &dyn Fn(&mut DecodedFrame)| {
         let mut tile = frame(7200, 0.5);
         change(&mut tile);
@@ -138,7 +181,7 @@ fn strays_are_refused() {
     };
     for tile in [
         stray(&|t| t.header.epoch += 1),
-        stray(&|t| t.header.layout += 1),
+        stray(&|t| t.header.tick = 70_000),
         stray(&|t| t.header.cascade = 1),
         stray(&|t| t.header.group = 0),
         stray(&|t| t.header.level_n = 16),
@@ -153,7 +196,11 @@ fn strays_are_refused() {
 fn no_hello_makes_a_playback_large() {
     let mut huge = hello();
     huge.layout.cascades = vec![huge.layout.cascades[0].clone(); 200];
-    huge.layout.cascades.iter_mut().enumerate().for_each(|(i, c)| c.n = [u32::MAX, 65_280, 0, 1024][i % 4]);
+    huge.layout
+        .cascades
+        .iter_mut()
+        .enumerate()
+        .for_each(|(i, c)| (c.index, c.n) = (i as u8, [u32::MAX, 65_280, 0, 1024][i % 4]));
     let units: Vec<UnitName> =
         (0..=255).flat_map(|cascade| Group::ALL.map(|group| unit(cascade, cascade % 40, group))).collect();
     let mut playback = Playback::new(&huge, &units);

@@ -46,6 +46,16 @@ pub fn from_clients() -> Vec<(&'static str, ClientMessage, String)> {
 
 /// What a server says.
 pub fn from_server() -> Vec<(&'static str, ServerMessage)> {
+    let cascade = |index, patch_m, n, levels| HelloCascade {
+        index,
+        patch_m,
+        n,
+        levels,
+        wavelength_min_m: 1.0,
+        wavelength_max_m: patch_m,
+        from_tick: 0,
+        until_tick: None,
+    };
     let hello = Hello {
         protocol: 1,
         server: "swellcast 0.1.0".to_owned(),
@@ -57,10 +67,10 @@ pub fn from_server() -> Vec<(&'static str, ServerMessage)> {
         lead_ticks: 1680,
         sequence: 1,
         layout: HelloLayout {
-            generation: 1,
+            generation: 2,
             cascades: vec![
-                HelloCascade { patch_m: 250.0, n: 256, levels: 4, wavelength_min_m: 8.0, wavelength_max_m: 250.0 },
-                HelloCascade { patch_m: 19.5, n: 512, levels: 5, wavelength_min_m: 0.25, wavelength_max_m: 8.0 },
+                HelloCascade { wavelength_min_m: 8.0, wavelength_max_m: 250.0, ..cascade(0, 250.0, 256, 4) },
+                HelloCascade { wavelength_min_m: 0.25, wavelength_max_m: 8.0, ..cascade(1, 19.5, 512, 5) },
             ],
         },
         choppiness: 1.0,
@@ -93,8 +103,28 @@ pub fn from_server() -> Vec<(&'static str, ServerMessage)> {
         id,
     };
     let units = vec![unit(0, 0, ErrorClass::HalfMillimetre, Group::Displacement)];
+    let (begins, ends) = (hello.tick + 7200, hello.tick + 7200 + 72_000 + 1440);
+    let old = HelloCascade { until_tick: Some(ends), ..cascade(0, 250.0, 256, 4) };
+    let new = HelloCascade { from_tick: begins, ..cascade(8, 120.0, 128, 3) };
+    let changing =
+        Hello { layout: HelloLayout { generation: 3, cascades: vec![old, new] }, sequence: 2, ..hello.clone() };
+    let patches = WireChangeKind::Layout {
+        n: Some(128),
+        band_limit: 0.5,
+        finest_wavelength_m: 0.3,
+        patches_m: vec![120.0],
+        wind_range_mps: Some([2.0, 12.0]),
+    };
+    let automatic = WireChangeKind::Layout {
+        n: None,
+        band_limit: 0.25,
+        finest_wavelength_m: 0.5,
+        patches_m: vec![],
+        wind_range_mps: None,
+    };
     vec![
         ("hello", ServerMessage::Hello(Box::new(hello))),
+        ("a further hello, while the layout changes", ServerMessage::Hello(Box::new(changing))),
         ("subscribed", ServerMessage::Subscribed(Subscribed { id: 1, rate_hz: 15, units, from_tick: 7200 })),
         (
             "time",
@@ -103,8 +133,11 @@ pub fn from_server() -> Vec<(&'static str, ServerMessage)> {
         ("status with wind", ServerMessage::Status(status)),
         ("status of a sea without wind", ServerMessage::Status(swell)),
         ("a change of wind", change(2, WireChangeKind::Wind { speed_mps: 12.5, direction_from_deg: 359.5 })),
-        ("a change of depth", change(3, WireChangeKind::Water { depth_m: Some(8.0) })),
-        ("infinitely deep", change(4, WireChangeKind::Water { depth_m: None })),
+        ("a change of depth", change(3, WireChangeKind::Water { depth_m: Some(8.0), gravity: None })),
+        ("infinitely deep", change(4, WireChangeKind::Water { depth_m: Some(f64::INFINITY), gravity: None })),
+        ("a change of gravity", change(5, WireChangeKind::Water { depth_m: None, gravity: Some(3.72) })),
+        ("a change of layout", change(6, patches)),
+        ("an automatic layout", change(7, automatic)),
         ("an error with all its fields", error(ErrorCode::Invalid, "id is -1", Some("id"), Some(7))),
         ("an error with none", error(ErrorCode::Malformed, "not JSON", None, None)),
     ]

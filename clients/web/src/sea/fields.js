@@ -1,16 +1,19 @@
 // The sea at one moment: joins the frames of every cascade in time and gives filterable textures.
 //
-// One texture array each, a layer per cascade:
+// One texture array each, a layer per cascade. While the layout changes there are cascades of two; each counts at
+// its own ticks alone, so none begins or ends with a step.
 //   displacement  dx, height, dz, -           metres, for vertices
 //   gradient      hx, hz, Dxx, Dzz            for the exact normal
 //   moment        hx^2, hz^2, hx hz, foam     what mipmaps of slopes lose, they keep: E[s s^T]
 //   shear         Dxz
 
 import { GROUP_CHANNELS, GROUPS } from '../decode.js';
-import { TICKS_PER_SECOND } from '../messages.js';
+import { isThere, REST_TICKS, TICKS_PER_SECOND } from '../messages.js';
 import { bindTexture, COVER_VERTEX, makeProgram } from './gl.js';
 import { Unit } from './unit.js';
 
+/** Most cascades: eight of a layout, and eight of the one that follows it. */
+export const MOST_CASCADES = 16;
 const CHANNELS = 9;
 /** Step of the spread of foam along crests, in the longest waves of a cascade. */
 const SMEAR_WAVES = 0.065;
@@ -72,30 +75,36 @@ export class Fields {
    * @param {import('./gl.js').Gpu} gpu
    * @param {object} layout of `hello`
    * @param {import('../plan.js').Plan} plan
+   * @param {Fields | null} before of the same sea: frames of cascades that go on are taken from there
    */
-  constructor(gpu, layout, plan) {
+  constructor(gpu, layout, plan, before = null) {
     const { gl } = gpu;
     this.gpu = gpu;
     this.plan = plan;
     this.interval = TICKS_PER_SECOND / plan.rateHz;
-    this.patches = layout.cascades.map((c) => c.patch_m);
-    this.longest = layout.cascades.map((c) => c.wavelength_max_m);
-    this.count = layout.cascades.length;
-    /** units by cascade, then group; null where none is subscribed */
-    this.units = layout.cascades.map(() => GROUPS.map(() => null));
-    this.all = [];
+    this.cascades = layout.cascades.slice(0, MOST_CASCADES);
+    this.patches = this.cascades.map((c) => c.patch_m);
+    this.longest = this.cascades.map((c) => c.wavelength_max_m);
+    this.count = this.cascades.length;
+    /** units by layer, then group; null where none is subscribed */
+    this.units = this.cascades.map(() => GROUPS.map(() => null));
+    this.layers = new Map(this.cascades.map((c, layer) => [c.index, layer]));
     for (const u of plan.units) {
-      const group = GROUPS.indexOf(u.group);
-      const unit = new Unit(gl, GROUP_CHANNELS[group], layout.cascades[u.cascade].n >> u.level, this.interval);
+      const group = GROUPS.indexOf(u.group), layer = this.layers.get(u.cascade);
+      if (layer === undefined) continue;
+      const cascade = this.cascades[layer], size = cascade.n >> u.level;
+      const unit = before?.take(cascade, group, size, this.interval)
+        ?? new Unit(gl, GROUP_CHANNELS[group], size, this.interval);
       unit.level = u.level;
-      this.units[u.cascade][group] = unit;
-      this.all.push(unit);
+      this.units[layer][group] = unit;
     }
-    this.size = Math.max(...this.all.map((u) => u.size));
+    this.size = Math.max(8, ...this.all().map((u) => u.size));
     this.tick = -1;
-    this.changed = false;
-    this.complete = false; // every cascade has displacement, slopes and derivatives
+    /** every cascade has displacement, slopes and derivatives; once so, one that is added begins as nothing */
+    this.complete = before?.complete ?? false;
     this.foamy = false; // and foam
+    this.active = []; // layers that are part of the sea at the moment
+    this.finest = 0; // of those, the one with the shortest waves
     this.nextAhead = 0;
 
     const wide = gpu.float32 ? gl.RGBA32F : gl.RGBA16F;
@@ -124,8 +133,49 @@ export class Fields {
    * @returns {boolean} whether it was of use
    */
   accept(frame) {
-    const unit = this.units[frame.cascade]?.[frame.group];
+    const unit = this.units[this.layers.get(frame.cascade)]?.[frame.group];
     return Boolean(unit) && unit.level === frame.level && unit.accept(frame);
+  }
+
+  /** Every unit that is held. */
+  all() {
+    return this.units.flat().filter(Boolean);
+  }
+
+  /** Gives away a unit of a cascade that goes on, with its frames; undefined when there is none that fits. */
+  take(cascade, group, size, interval) {
+    const layer = this.layers.get(cascade.index);
+    const unit = this.units[layer]?.[group];
+    if (!unit || this.cascades[layer].from_tick !== cascade.from_tick) return undefined;
+    if (unit.size !== size || unit.ring.interval !== interval) return undefined;
+    this.units[layer][group] = null;
+    return unit;
+  }
+
+  /** Chooses the layers of a moment, and lets go of those that are over. */
+  #choose(tick) {
+    this.active.length = 0;
+    let lasting = -1, ending = -1;
+    this.cascades.forEach((cascade, layer) => {
+      if (isThere(cascade, tick)) {
+        this.active.push(layer);
+        if (cascade.until_tick === null) lasting = layer; else ending = layer;
+        return;
+      }
+      const over = tick >= cascade.from_tick;
+      this.units[layer].forEach((unit, group) => {
+        if (!unit) return;
+        unit.pick.points = 0;
+        if (!over) return;
+        unit.dispose();
+        this.units[layer][group] = null;
+      });
+    });
+    this.finest = lasting < 0 ? ending : lasting;
+    if (lasting >= 0 && ending >= 0) {
+      const middle = (this.cascades[lasting].from_tick + this.cascades[ending].until_tick) / 2;
+      if (tick < middle) this.finest = ending;
+    }
   }
 
   /**
@@ -139,11 +189,14 @@ export class Fields {
     this.tick = tick;
     const { gl } = this.gpu;
     const { at, program } = this.pass;
-    let starved = false, complete = true, foamy = true;
+    this.#choose(tick);
+    let starved = false, complete = this.active.length > 0, foamy = true;
     gl.useProgram(program);
     gl.disable(gl.DEPTH_TEST);
     gl.viewport(0, 0, this.size, this.size);
-    for (let cascade = 0; cascade < this.count; cascade++) {
+    for (const cascade of this.active) {
+      const { until_tick: until } = this.cascades[cascade];
+      const rests = until !== null && tick >= until - REST_TICKS; // its last frames are nothing
       this.slots.fill(0);
       this.weights.fill(0);
       let size = this.size;
@@ -159,7 +212,7 @@ export class Fields {
           if (group === 3) foamy = false; else complete = false;
           continue;
         }
-        starved ||= pick.starved;
+        starved ||= pick.starved && !rests;
         for (let i = 0; i < 4; i++) {
           this.slots[group * 4 + i] = pick.slots[i];
           for (let c = 0; c < unit.channels; c++) {
@@ -184,7 +237,7 @@ export class Fields {
       gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
       gl.generateMipmap(gl.TEXTURE_2D_ARRAY);
     }
-    this.complete = complete;
+    this.complete ||= complete;
     this.foamy = complete && foamy;
     return starved;
   }
@@ -192,8 +245,9 @@ export class Fields {
   /** Uploads a few frames before they are needed, so that no single drawing pays for all. */
   uploadAhead(tick, most) {
     this.gpu.gl.activeTexture(this.gpu.gl.TEXTURE0);
-    for (let i = 0; i < this.all.length && most > 0; i++) {
-      const unit = this.all[this.nextAhead++ % this.all.length];
+    const all = this.all();
+    for (let i = 0; i < all.length && most > 0; i++) {
+      const unit = all[this.nextAhead++ % all.length];
       if (unit.uploadAhead(tick)) most--;
     }
   }
@@ -201,13 +255,16 @@ export class Fields {
   /** Ticks of frames held ahead of a time by the unit that has the fewest; foam may not be warm yet. */
   ahead(tick) {
     let least = Infinity;
-    for (const unit of this.all) if (unit.ring.newest >= 0) least = Math.min(least, unit.ring.ahead(tick));
+    for (const layer of this.active) {
+      if (this.cascades[layer].until_tick !== null) continue;
+      for (const unit of this.units[layer]) if (unit?.ring.newest >= 0) least = Math.min(least, unit.ring.ahead(tick));
+    }
     return Number.isFinite(least) ? least : 0;
   }
 
   dispose() {
     const { gl } = this.gpu;
-    for (const unit of [...this.all, this.empty]) unit.dispose();
+    for (const unit of [...this.all(), this.empty]) unit.dispose();
     for (const t of [this.displacement, this.gradient, this.moment, this.shear]) gl.deleteTexture(t);
     for (const f of this.targets) gl.deleteFramebuffer(f);
     gl.deleteProgram(this.pass.program);

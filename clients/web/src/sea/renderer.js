@@ -1,6 +1,6 @@
 // Draws one picture: sky, then water. Owns the GPU's state; reads fields, camera and weather.
 
-import { Fields } from './fields.js';
+import { Fields, MOST_CASCADES } from './fields.js';
 import { makeFoamTexture } from './foam.js';
 import { bindTexture, COVER_VERTEX, makeProgram, openGpu } from './gl.js';
 import { Grid } from './grid.js';
@@ -38,7 +38,11 @@ export class Renderer {
     this.setSun(options.sun[0], options.sun[1]);
     this.crestwise = [0, 0];
     this.fields = null;
-    this.water = null;
+    const most = `#define MOST ${MOST_CASCADES}\n`;
+    this.water = makeProgram(gl, 'water', most + WATER_VERTEX, most + WATER_FRAGMENT);
+    this.patches = new Float32Array(4 * MOST_CASCADES);
+    this.longest = new Float32Array(MOST_CASCADES);
+    this.layers = new Float32Array(MOST_CASCADES);
     this.planes = Array.from({ length: 5 }, () => new Float64Array(3));
     this.view = new Float32Array(16);
     this.turn = new Float32Array(9);
@@ -52,16 +56,11 @@ export class Renderer {
     this.sky.draw(this.sun);
   }
 
-  /** Another sea begins: forgets everything held. */
-  setSea(layout, plan) {
-    const { gl } = this.gpu;
-    this.fields?.dispose();
-    if (this.water) gl.deleteProgram(this.water.program);
-    this.fields = new Fields(this.gpu, layout, plan);
-    const count = `#define COUNT ${this.fields.count}\n`;
-    this.water = makeProgram(gl, 'water', count + WATER_VERTEX, count + WATER_FRAGMENT);
-    this.patches = new Float32Array(4 * this.fields.count);
-    this.longest = Float32Array.from(layout.cascades, (c) => c.wavelength_max_m);
+  /** Another sea begins, and everything held is forgotten; or the same goes on in another layout. */
+  setSea(layout, plan, goesOn) {
+    const before = this.fields;
+    this.fields = new Fields(this.gpu, layout, plan, goesOn ? before : null);
+    before?.dispose();
   }
 
   /**
@@ -135,7 +134,10 @@ export class Renderer {
     const { program, at } = this.water;
     const eye = camera.eye;
     grid.moveTo(eye[0], eye[2]);
-    fields.patches.forEach((patch, i) => {
+    fields.active.forEach((layer, i) => {
+      const patch = fields.patches[layer];
+      this.layers[i] = layer;
+      this.longest[i] = fields.longest[layer];
       // Sample (0, 0) stands for the origin and lies in the middle of its texel.
       const middle = 0.5 / fields.size;
       this.patches[i * 4] = fraction(grid.origin[0] / patch) + middle;
@@ -147,6 +149,9 @@ export class Renderer {
     gl.useProgram(program);
     gl.uniform4fv(at.uPatch, this.patches);
     gl.uniform1fv(at.uLongest, this.longest);
+    gl.uniform1fv(at.uLayer, this.layers);
+    gl.uniform1i(at.uCount, fields.active.length);
+    gl.uniform1i(at.uFinest, Math.max(0, fields.active.indexOf(fields.finest)));
     gl.uniform3f(at.uEye, eye[0] - grid.origin[0], eye[1], eye[2] - grid.origin[1]);
     gl.uniformMatrix4fv(at.uView, false, this.view);
     gl.uniform3fv(at.uSun, this.sun);

@@ -7,10 +7,12 @@
 
 import { SKY_GLSL } from './sky.js';
 
-/** Uniforms of both shaders. COUNT is the number of cascades. */
+/** Uniforms of both shaders. MOST is the largest number of cascades. */
 const SHARED = `
 precision highp sampler2DArray;
-uniform vec4 uPatch[COUNT]; // offset in the texture (u, v) of the grid's origin, 1 / side, samples / side
+uniform int uCount;         // of cascades that are part of the sea
+uniform float uLayer[MOST]; // where they lie in the textures
+uniform vec4 uPatch[MOST];  // offset in the texture (u, v) of the grid's origin, 1 / side, samples / side
 uniform vec3 uEye;          // relative to the grid's origin; y above the rest surface
 `;
 
@@ -22,7 +24,7 @@ uniform vec2 uMorph; // start, 1 / range
 uniform vec2 uCalm;  // where waves begin to be drawn flat, and are
 uniform mat4 uView;  // clip from eye-relative
 uniform sampler2DArray uDisplacement;
-uniform float uLongest[COUNT]; // wave of the cascade, metres
+uniform float uLongest[MOST]; // wave of the cascade, metres
 out vec2 vRest;      // the undisplaced point, relative to the grid's origin
 out vec3 vFromEye;
 out float vHeight;
@@ -37,11 +39,11 @@ void main() {
   float cell = uRing.z * (1.0 + morph);
   float rough = 1.0 - smoothstep(uCalm.x, uCalm.y, max(away.x, away.y));
   vec3 d = vec3(0.0);
-  for (int i = 0; i < COUNT; i++) {
+  for (int i = 0; i < uCount; i++) {
     float keep = rough * smoothstep(3.0 * cell, 6.0 * cell, uLongest[i]);
     if (keep == 0.0) continue;
     float lod = log2(max(1.0, 1.5 * cell * uPatch[i].w));
-    d += keep * textureLod(uDisplacement, vec3(p * uPatch[i].z + uPatch[i].xy, float(i)), lod).xyz;
+    d += keep * textureLod(uDisplacement, vec3(p * uPatch[i].z + uPatch[i].xy, uLayer[i]), lod).xyz;
   }
   vRest = p;
   vHeight = d.y;
@@ -59,6 +61,7 @@ uniform sampler2DArray uGradient, uMoment, uShear;
 uniform vec2 uMeanSquareSlope; // of the whole sea, and least of what is below the cascades
 uniform sampler2D uSky, uFoamPattern;
 uniform vec2 uFade;      // patches away at which a cascade starts to go, and is gone
+uniform int uFinest;     // the cascade of the shortest waves
 uniform float uRipples;  // share of the slopes below the cascades that is drawn as ripples
 uniform float uCrest;    // height of a high crest, metres
 uniform vec2 uCrestwise; // unit vector along the crests, or zero
@@ -102,11 +105,11 @@ void main() {
   float clear = 1.0;           // of foam
   float resolved = 0.0;        // mean square slope of all cascades
   vec2 dx = dFdx(vRest), dy = dFdy(vRest);
-  for (int i = 0; i < COUNT; i++) {
+  for (int i = 0; i < uCount; i++) {
     float each = uPatch[i].z; // patches per metre
-    vec3 at = vec3(vRest * each + uPatch[i].xy, float(i));
+    vec3 at = vec3(vRest * each + uPatch[i].xy, uLayer[i]);
     float keep = 1.0 - smoothstep(uFade.x, uFade.y, distance * each);
-    vec4 moment = textureLod(uMoment, vec3(0.5, 0.5, float(i)), 20.0);
+    vec4 moment = textureLod(uMoment, vec3(0.5, 0.5, uLayer[i]), 20.0);
     resolved += moment.x + moment.y;
     if (keep > 0.0) {
       vec4 gradient = keep * textureGrad(uGradient, at, dx * each, dy * each);
@@ -123,13 +126,14 @@ void main() {
   // Below the shortest streamed wave the spectrum goes on, and its slopes look alike at every scale:
   // the finest cascade, smaller and turned, stands in for a share of it. The rest is roughness.
   float below = max(uMeanSquareSlope.x - resolved, uMeanSquareSlope.y);
-  float each = uPatch[COUNT - 1].z * 6.7;
+  vec4 finest = uPatch[uFinest];
+  float each = finest.z * 6.7;
   float keep = uRipples > 0.0 ? 1.0 - smoothstep(uFade.x, uFade.y, distance * each) : 0.0;
   if (keep > 0.0) {
     const mat2 TURN = mat2(0.8, 0.6, -0.6, 0.8);
-    vec4 mean = textureLod(uMoment, vec3(0.5, 0.5, float(COUNT - 1)), 20.0);
+    vec4 mean = textureLod(uMoment, vec3(0.5, 0.5, uLayer[uFinest]), 20.0);
     float gain2 = min(uRipples * below / max(mean.x + mean.y, 1e-5), 1.5);
-    vec3 at = vec3(TURN * vRest * each + uPatch[COUNT - 1].xy * 6.7, float(COUNT - 1));
+    vec3 at = vec3(TURN * vRest * each + finest.xy * 6.7, uLayer[uFinest]);
     mat2 grad = TURN * mat2(dx, dy) * each;
     vec2 ripple = keep * sqrt(gain2) * (textureGrad(uGradient, at, grad[0], grad[1]).xy * TURN);
     vec4 moment = mix(mean, textureGrad(uMoment, at, grad[0], grad[1]), keep);
