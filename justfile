@@ -34,6 +34,14 @@ deny:
 test:
     cargo test
 
+# Whitecaps of 20 seeds and a minute each, at four winds.
+foam:
+    SWELLCAST_FULL=1 cargo test --test it foam::whitecaps -- --nocapture
+
+# Write docs/stability.md anew, from the table of hard cases.
+stability:
+    SWELLCAST_BLESS=1 cargo test --test it stability::page
+
 # Fuzz everything that comes from outside, for so many seconds a target.
 fuzz seconds="60":
     .ci/fuzz {{seconds}}

@@ -9,7 +9,7 @@ const DEEP: f64 = 20.0;
 const MAX_WIDENING: f64 = 3.0;
 
 /// Steps of an integral over wavenumbers.
-const STEPS: u32 = 4000;
+const STEPS: u32 = 2000;
 
 /// Gravity-capillary dispersion over a flat bottom, and the laws that leave out tension, or the bottom, too.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -77,7 +77,14 @@ impl Cascade {
 
 /// Smooth step in the logarithm of `x` from [`OVERLAP`] to 1.
 fn overlap(x: f64) -> f64 {
-    let t = (1.0 - libm::log(x.max(f64::MIN_POSITIVE)) / libm::log(OVERLAP)).clamp(0.0, 1.0);
+    // Most waves lie outside: no logarithm for those.
+    if x >= 1.0 {
+        return 1.0;
+    }
+    if x <= OVERLAP {
+        return 0.0;
+    }
+    let t = 1.0 - libm::log(x) / libm::log(OVERLAP);
     t * t * (3.0 - 2.0 * t)
 }
 

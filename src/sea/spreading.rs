@@ -97,7 +97,7 @@ pub struct Spreader {
 /// Values of w / wp between which a normalisation is smooth: Donelan & Banner's pieces, and where tables end.
 const KNOTS: [f64; 5] = [0.08, 0.56, 0.95, 1.6, 33.0];
 /// Nodes between two knots, evenly in the logarithm.
-const NODES: usize = 100;
+const NODES: usize = 40;
 
 /// Place of `x` in a table of normalisations, in nodes. Beyond its ends both factors hardly change.
 fn place(x: f64) -> f64 {
@@ -179,7 +179,7 @@ impl Spreader {
 
     /// What brings the integral of an elongated form to 1.
     fn norm(&self, form: SpreadingForm, x: f64) -> f64 {
-        const STEPS: u32 = 360;
+        const STEPS: u32 = 120;
         let elongation = horvath_swell_s(x, self.elongation);
         let at = |i: u32| {
             let cos = libm::cos((f64::from(i) + 0.5) * PI / f64::from(STEPS));

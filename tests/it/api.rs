@@ -285,3 +285,26 @@ async fn a_restarted_server_goes_on_with_the_same_sea() {
     let store = Store::open(folder.path()).unwrap();
     assert!(store.begin(&preset("beaufort-3").unwrap(), Epoch::begin(0)).is_err());
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn statistics_and_warnings_are_told_of_the_sea_that_is_served() {
+    let served = Served::start(&scene(SMALL), Settings::default()).await;
+    let answer = served.get("/v1/scenes/small/statistics").await;
+    assert_eq!(answer.status, 200, "{answer:?}");
+    let told = answer.json();
+    let timeline = served.ocean.current().timeline;
+    let known = serde_json::to_value(timeline.statistics_at(told["tick"].as_i64().unwrap())).unwrap();
+    for (field, value) in known.as_object().unwrap() {
+        assert_eq!(told[field], *value, "{field}");
+    }
+    assert!(told["tp_s"].as_f64().unwrap() > told["tz_s"].as_f64().unwrap());
+    assert_eq!(served.get("/v1/scenes/other/statistics").await.status, 404);
+    // A patch of 60 m holds little of an ocean's waves, and the operator is told.
+    let scene = served.get("/v1/scenes/small").await.json();
+    assert!(
+        scene["warnings"][0].as_str().is_some_and(|text| text.contains("% of the energy")),
+        "{}",
+        scene["warnings"]
+    );
+    served.stop().await;
+}

@@ -9,8 +9,8 @@ use swellcast::plan::{Field, FieldSet};
 use swellcast::reference;
 use swellcast::scene::{Change, ChangeKind, Foam, preset};
 use swellcast::sea::Timeline;
-use swellcast::tile::{decode, levels};
-use swellcast::wire::{ErrorClass, Group, UnitName};
+use swellcast::tile::{Stamp, decode, encode, levels};
+use swellcast::wire::{ErrorClass, FLAG_SATURATED, Group, UnitName, split};
 
 use crate::support::{max_error, wind_sea};
 
@@ -161,4 +161,31 @@ fn no_demand_is_no_work() {
     let mut stepper = stepper(&timeline, &Demand::new());
     assert!(!stepper.warm_foam(0).unwrap());
     assert_eq!(stepper.frames(0, &Demand::new()).unwrap().transforms, 0);
+}
+
+#[test]
+fn what_can_not_be_told_is_flagged_or_refused() {
+    let unit = UnitName { cascade: 0, level: 0, class: ErrorClass::HalfMillimetre, group: Group::Slopes };
+    let stamp = Stamp { tick: 0, epoch: 1, sequence: 0, layout: 0 };
+    let calm = vec![0.1_f32; 64];
+    let flags =
+        |plane: &[f32]| encode(unit, 8, &[plane, &calm], stamp).map(|frames| split(&frames[0]).unwrap().0.flags);
+    assert_eq!(flags(&calm).unwrap() & FLAG_SATURATED, 0);
+    for value in [1e6, -1e6, 3e38, f32::MIN] {
+        let mut plane = calm.clone();
+        plane[13] = value;
+        assert_eq!(flags(&plane).unwrap() & FLAG_SATURATED, FLAG_SATURATED, "{value}");
+    }
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut plane = calm.clone();
+        plane[63] = value;
+        assert!(flags(&plane).is_err(), "{value} is sent");
+    }
+    // What is next to nothing is nothing.
+    for value in [-0.0, 1e-45, -1e-45, f32::MIN_POSITIVE] {
+        let mut plane = calm.clone();
+        plane[0] = value;
+        let frames = encode(unit, 8, &[&plane, &calm], stamp).unwrap();
+        assert_eq!(split(&frames[0]).unwrap().1[..2], [0, 0]);
+    }
 }

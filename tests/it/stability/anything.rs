@@ -102,3 +102,27 @@ fn json_says_the_same_as_toml() {
     assert!(value["wind"]["speed_mps"].is_number());
     assert_eq!(build(serde_json::from_str(&text).unwrap()).unwrap(), scene);
 }
+
+/// Keys of all tables below a value.
+fn keys(value: &toml::Value, found: &mut std::collections::BTreeSet<String>) {
+    match value {
+        toml::Value::Table(table) => {
+            for (key, value) in table {
+                found.insert(key.clone());
+                keys(value, found);
+            }
+        }
+        toml::Value::Array(array) => array.iter().for_each(|value| keys(value, found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn every_field_of_a_scene_is_in_its_documentation() {
+    let page = include_str!("../../../docs/scenes.md");
+    let mut found = Default::default();
+    keys(&toml::Value::try_from(whole()).unwrap(), &mut found);
+    let missing: Vec<_> =
+        found.iter().filter(|key| !page.contains(&format!("`{key}`")) && !page.contains(&format!("[{key}]"))).collect();
+    assert!(found.len() > 40 && missing.is_empty(), "docs/scenes.md lacks {missing:?}");
+}

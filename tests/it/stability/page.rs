@@ -18,6 +18,41 @@ anything runs, by an error that names the field, its value and its bound.
 |---|---|---|---|
 ";
 
+/// Hard cases that are no scene, and the tests that hold them.
+const ELSEWHERE: &[(&str, &str)] = &[
+    (
+        "calm to hurricane in 0 s, 1 s, 5 s and 60 s, and again before the first ends",
+        "a_calm_becomes_a_hurricane_in_no_time_in_a_second_and_in_a_minute",
+    ),
+    ("any changes in any order", "no_changes_in_any_order_make_a_sea_higher_than_the_highest_it_is_between"),
+    (
+        "depth from 20 m to 19.9 m after a day, and another gravity",
+        "a_change_of_depth_or_gravity_moves_no_point_more_than_a_frame_does",
+    ),
+    ("another layout of cascades under way", "a_change_of_layout_moves_no_point_faster_than_a_steady_sea_does"),
+    (
+        "ten years: phase against an f64 reference with the same integer frequencies",
+        "cpu_agrees_with_the_reference_at_once_after_a_day_and_after_ten_years",
+    ),
+    ("a clock that jumps by hours, either way", "time_may_jump_by_hours_either_way"),
+    ("a loop, foam included", "a_loop_closes_to_the_last_bit_foam_included"),
+    ("frame rates and foam", "foam_is_the_same_bytes_at_any_frame_rate"),
+    (
+        "files of a buoy with gaps, 999, and lines that are broken",
+        "records_with_gaps_are_read_and_broken_ones_are_refused_by_line",
+    ),
+    ("NaN, infinities, wrong types and sizes in every request", "every_wrong_request_is_refused_by_name"),
+    ("wrong and random messages", "ten_thousand_random_messages_harm_nobody"),
+    ("wrong frames, each field in turn", "every_bad_frame_is_refused_for_its_field"),
+    ("samples beyond what a count holds, and such that are no number", "what_can_not_be_told_is_flagged_or_refused"),
+    ("the program killed in the middle", "killed_and_started_again_it_streams_the_same_sea_byte_for_byte"),
+];
+
+fn elsewhere() -> String {
+    let row = |(what, test): &(&str, &str)| format!("| {what} | `{test}` |\n");
+    ELSEWHERE.iter().map(row).collect()
+}
+
 fn page() -> String {
     let row = |case: &super::table::Case| {
         let must = match &case.must {
@@ -33,7 +68,7 @@ fn page() -> String {
     };
     let mut page = HEAD.to_owned();
     page.extend(CASES.iter().map(row));
-    page
+    page + "\n## Cases that are no scene\n\n| case | held by |\n|---|---|\n" + &elsewhere()
 }
 
 #[test]
@@ -44,4 +79,23 @@ fn the_page_of_hard_cases_is_what_the_table_says() {
     }
     let written = std::fs::read_to_string(path).unwrap_or_default();
     assert!(written == page(), "docs/stability.md is not what the table says; `just stability` writes it");
+}
+
+#[test]
+fn every_test_that_the_page_names_is_there() {
+    let mut sources = String::new();
+    let mut folders = vec![std::path::PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/it"))];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                sources += &std::fs::read_to_string(path).unwrap();
+            }
+        }
+    }
+    for (_, test) in ELSEWHERE {
+        assert!(sources.contains(&format!("fn {test}()")), "{test}");
+    }
 }
