@@ -22,6 +22,12 @@ pub enum SpreadingForm {
     DonelanBanner,
 }
 
+impl SpreadingForm {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Uniform, Self::Cos2, Self::Cos2s, Self::Mitsuyasu, Self::Hasselmann, Self::DonelanBanner];
+}
+
 /// A form and its settings; the default is Hasselmann's.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

@@ -22,6 +22,12 @@ pub enum WindModel {
     Phillips,
 }
 
+impl WindModel {
+    /// All of them.
+    pub const ALL: [Self; 5] =
+        [Self::Jonswap, Self::PiersonMoskowitzU10, Self::PiersonMoskowitzU19, Self::Elfouhaily, Self::Phillips];
+}
+
 /// What shallow water does to a wind sea.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

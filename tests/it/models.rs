@@ -11,23 +11,6 @@ use swellcast::sea::{
 
 use crate::support::{close, scene};
 
-const FORMS: [SpreadingForm; 6] = [
-    SpreadingForm::Uniform,
-    SpreadingForm::Cos2,
-    SpreadingForm::Cos2s,
-    SpreadingForm::Mitsuyasu,
-    SpreadingForm::Hasselmann,
-    SpreadingForm::DonelanBanner,
-];
-
-const WINDS: [WindModel; 5] = [
-    WindModel::Jonswap,
-    WindModel::PiersonMoskowitzU10,
-    WindModel::PiersonMoskowitzU19,
-    WindModel::Elfouhaily,
-    WindModel::Phillips,
-];
-
 fn blown(model: WindModel, speed_mps: f64) -> WindSea {
     WindSea { model, ..WindSea::jonswap(speed_mps, 250.0, 300e3) }
 }
@@ -131,7 +114,7 @@ fn two_ochi_hubble_peaks_hold_their_heights() {
 fn every_spreading_integrates_to_one() {
     let steps = 3600;
     let width = 2.0 * PI / f64::from(steps);
-    for form in FORMS {
+    for form in SpreadingForm::ALL {
         for (s, against_wind, blend, elongation) in
             [(0.0, 0.0, 0.0, 0.0), (75.0, 0.3, 0.0, 0.5), (1000.0, 1.0, 0.4, 1.0), (4.0, 0.0, 1.0, 0.2)]
         {
@@ -170,7 +153,7 @@ fn an_automatic_layout_holds_every_model_with_every_spreading() {
     let settings = |form, blend, elongation| {
         (Spreading { form, s: 75.0, against_wind: 0.1, blend, with: SpreadingForm::Uniform }, elongation)
     };
-    let mut spreadings: Vec<_> = FORMS.into_iter().map(|form| settings(form, 0.0, 0.0)).collect();
+    let mut spreadings: Vec<_> = SpreadingForm::ALL.into_iter().map(|form| settings(form, 0.0, 0.0)).collect();
     spreadings.push(settings(SpreadingForm::DonelanBanner, 0.3, 1.0));
     let mut worst: f64 = 0.0;
     for (i, (spreading, elongation)) in spreadings.into_iter().enumerate() {
@@ -180,7 +163,7 @@ fn an_automatic_layout_holds_every_model_with_every_spreading() {
             worst = worst.max((share - 1.0).abs());
             assert!((share - 1.0).abs() < 0.01, "{what} with {spreading:?}: Hs {share} of the wanted one");
         };
-        for (j, model) in WINDS.into_iter().enumerate() {
+        for (j, model) in WindModel::ALL.into_iter().enumerate() {
             // Winds in turn: all pairs of model and spreading, not all triples.
             let speed = [4.0, 9.0, 18.0][(i + j) % 3];
             let wind = swellcast::scene::WindFile {

@@ -172,16 +172,19 @@ fn choices() -> Vec<Choice> {
         },
         // Calibrating foam costs more than all the rest: one scene in six foams.
         Choice { good: 6, all: 6, set: |s, i| s.effects.foam = i == 5 },
-        Choice { good: 5, all: 5, set: |s, i| s.wind.iter_mut().for_each(|w| w.model = WINDS[i]) },
+        Choice { good: 5, all: 5, set: |s, i| s.wind.iter_mut().for_each(|w| w.model = WindModel::ALL[i]) },
         Choice { good: 3, all: 3, set: |s, i| s.wind.iter_mut().for_each(|w| w.depth_correction = CORRECTIONS[i]) },
         Choice { good: 2, all: 2, set: |s, i| s.wind.iter_mut().for_each(|w| w.hs_m = (i > 0).then_some(1.0)) },
         Choice {
             good: 7,
             all: 7,
             set: |s, i| {
-                let form = FORMS.get(i.wrapping_sub(1));
-                let spreading =
-                    form.map(|form| Spreading { form: *form, with: FORMS[5 - i / 2], ..Spreading::default() });
+                let form = SpreadingForm::ALL.get(i.wrapping_sub(1));
+                let spreading = form.map(|form| Spreading {
+                    form: *form,
+                    with: SpreadingForm::ALL[5 - i / 2],
+                    ..Spreading::default()
+                });
                 s.wind.iter_mut().for_each(|w| w.spreading = spreading);
                 s.swell.iter_mut().for_each(|w| w.spreading = spreading.unwrap_or(w.spreading));
             },
@@ -197,23 +200,8 @@ fn choices() -> Vec<Choice> {
     ]
 }
 
-const WINDS: [WindModel; 5] = [
-    WindModel::Jonswap,
-    WindModel::PiersonMoskowitzU10,
-    WindModel::PiersonMoskowitzU19,
-    WindModel::Elfouhaily,
-    WindModel::Phillips,
-];
 const CORRECTIONS: [DepthCorrection; 3] =
     [DepthCorrection::Kitaigorodskii, DepthCorrection::None, DepthCorrection::ThompsonVincent];
-const FORMS: [SpreadingForm; 6] = [
-    SpreadingForm::Hasselmann,
-    SpreadingForm::Uniform,
-    SpreadingForm::Cos2,
-    SpreadingForm::Cos2s,
-    SpreadingForm::Mitsuyasu,
-    SpreadingForm::DonelanBanner,
-];
 const SWELL_MODELS: [SwellModel; 2] = [SwellModel::Jonswap, SwellModel::OchiHubble];
 const DISPERSIONS: [DispersionLaw; 3] = [DispersionLaw::Capillary, DispersionLaw::Finite, DispersionLaw::Deep];
 const DISTRIBUTIONS: [Distribution; 2] = [Distribution::Gaussian, Distribution::LogNormal];
