@@ -103,6 +103,9 @@ impl ChangeKind {
     /// [`SceneError::Bound`]; the field `wind` when the sea is not wind-driven.
     pub fn fits(&self, scene: &Scene) -> Result<(), SceneError> {
         let driven = scene.sea.wind.zip(scene.wind_range_mps);
+        if let (Self::Layout { cascades, .. }, Some(replay)) = (self, &scene.replay) {
+            replay.check_size(&cascades.check()?)?;
+        }
         match self {
             Self::Wind { speed_mps, .. } => {
                 let Some((_, [low, high])) = driven else {

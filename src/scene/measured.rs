@@ -1,5 +1,7 @@
 //! A directional spectrum as a buoy reports it, checked.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::bound::{SceneError, within};
@@ -11,7 +13,7 @@ pub struct MeasuredBin {
     pub frequency_hz: f64,
     /// Wave density, m^2/Hz.
     pub density: f64,
-    /// Mean direction alpha1; `None` when missing, and the bin then spreads evenly.
+    /// Directions; `None` when one of the four numbers is missing, and the bin then spreads evenly.
     pub direction: Option<Spread>,
 }
 
@@ -42,7 +44,8 @@ pub enum DirectionMethod {
 /// A whole record: at least two bins in ascending frequency.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredSpectrum {
-    bins: Vec<MeasuredBin>,
+    /// Shared, since every state of a sea carries its record along.
+    bins: Arc<[MeasuredBin]>,
     directions: DirectionMethod,
 }
 
@@ -84,7 +87,7 @@ impl MeasuredSpectrum {
                 check("r2", spread.r2, 0.0, 1.0)?;
             }
         }
-        Ok(Self { bins, directions: DirectionMethod::default() })
+        Ok(Self { bins: bins.into(), directions: DirectionMethod::default() })
     }
 
     /// The same record with its directions made otherwise.

@@ -28,8 +28,8 @@ impl Replay {
     /// [`SceneError::Bound`] for too many records or a number out of bounds.
     pub fn new(records: Vec<MeasuredSpectrum>, record_s: f64, transition_s: f64) -> Result<Self, SceneError> {
         if !(1..=Self::MAX_RECORDS).contains(&records.len()) {
-            let bound = format!("from 2 to {} with the first", Self::MAX_RECORDS + 1);
-            return Err(SceneError::bound("measured.replay", format!("{} records", records.len() + 1), bound));
+            let bound = format!("from 1 to {}", Self::MAX_RECORDS);
+            return Err(SceneError::bound("measured.replay", format!("{} records that follow", records.len()), bound));
         }
         let ticks = |seconds: f64| (seconds * TICKS_PER_SECOND as f64).round() as i64;
         let record_s = within("measured.replay.record_s", record_s, 1.0, 86_400.0)?;

@@ -30,18 +30,30 @@ impl SpreadingForm {
 
 /// A form and its settings; the default is Hasselmann's.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(deny_unknown_fields)]
 pub struct Spreading {
-    /// The form.
+    /// The form; without one the other settings would belong to none.
     pub form: SpreadingForm,
     /// Exponent s where it is fixed.
+    #[serde(default = "usual_s")]
     pub s: f64,
     /// Energy of a wave that runs against the wind over that of one that runs with it: 0 to 1, for `Cos2`.
+    #[serde(default)]
     pub against_wind: f64,
     /// Share of the second form in the whole, 0 to 1.
+    #[serde(default)]
     pub blend: f64,
     /// The second form, with the same settings.
+    #[serde(default = "usual_with")]
     pub with: SpreadingForm,
+}
+
+fn usual_s() -> f64 {
+    10.0
+}
+
+fn usual_with() -> SpreadingForm {
+    SpreadingForm::Uniform
 }
 
 impl Default for Spreading {

@@ -47,6 +47,21 @@ impl Dispersion {
         libm::sqrt(self.restoring(k) * self.tanh_kd(k))
     }
 
+    /// Wavenumber and group velocity that a wave of `omega` has over deep water.
+    pub fn over_deep(&self, omega: f64) -> (f64, f64) {
+        let (gravity, tension) = (self.water.gravity, self.tension);
+        // Newton's method from the right on g k + tau k^3, which is convex: it never steps too far.
+        let mut k = omega * omega / gravity;
+        for _ in 0..40 {
+            let next = k - (gravity * k + tension * k * k * k - omega * omega) / (gravity + 3.0 * tension * k * k);
+            if libm::fabs(next - k) <= 1e-14 * k {
+                break;
+            }
+            k = next;
+        }
+        (k, (gravity + 3.0 * tension * k * k) / (2.0 * omega))
+    }
+
     /// Derivative of angular frequency by wavenumber: the group velocity, m/s. `k` above 0.
     pub fn group_velocity(&self, k: f64) -> f64 {
         let (kd, tanh) = (self.kd(k), self.tanh_kd(k));

@@ -18,6 +18,7 @@ use super::phase::cos_sin_q24;
 use super::strain::{Root, Strain};
 use super::table::EnergyTable;
 use crate::scene::{Foam, SeaState};
+use crate::wire::TICKS_PER_SECOND;
 
 /// Thresholds stay where foam is neither everywhere nor missing from a folded crest.
 const BOUNDS: (f64, f64) = (0.0, 0.95);
@@ -182,11 +183,11 @@ fn history(dispersion: &Dispersion, cascade: &Cascade, energy: &[f64], choppines
         let at = &mut by_frequency[(place as usize).min(FREQUENCIES - 1)];
         *at = at.plus(&Strain::of_mode(dispersion, kx, kz, *e));
     }
-    let step_s = Foam::STEP_TICKS as f64 / 7200.0;
+    let step_s = Foam::STEP_TICKS as f64 / TICKS_PER_SECOND as f64;
     // Waves faster than the foam step sees are seen as slower ones, as on the grid.
     let lines = (highest * step_s * STEPS as f64 / (2.0 * PI)).ceil().max(FREQUENCIES as f64);
     let lines_each = lines / FREQUENCIES as f64;
-    let roots = by_frequency.map(|strain| strain.times(2.0 * choppiness * choppiness / lines_each).root());
+    let roots = by_frequency.map(|strain| strain.times(choppiness * choppiness / lines_each).root());
     let [xx, xz, zz] = series(&roots, lines as usize);
     let jacobian = |part: fn(&Complex32) -> f32| {
         let at = |i: usize| {
@@ -198,18 +199,20 @@ fn history(dispersion: &Dispersion, cascade: &Cascade, energy: &[f64], choppines
     [jacobian(|z| z.re), jacobian(|z| z.im)]
 }
 
-/// Dxx, Dxz and Dzz with random phases, as sums of `lines` frequencies; real and imaginary part are two histories.
+/// Dxx, Dxz and Dzz with random phases, as sums of `lines` frequencies; real and imaginary part are two histories,
+/// independent because frequencies of both signs have phases of their own.
 fn series(roots: &[Root; FREQUENCIES], lines: usize) -> [Vec<Complex32>; 3] {
     let mut series = [(); 3].map(|()| vec![Complex32::ZERO; STEPS]);
     for line in 0..lines {
-        let turn = |which: u64| {
-            let (cos, sin) = cos_sin_q24(mix(3 * line as u64 + which) as u32);
-            Complex32::new(cos as f32, sin as f32) * (1.0 / 16_777_216.0)
-        };
-        let (a, b, c) = (turn(0), turn(1), turn(2));
         let [l11, l21, l22, l31, l32, l33] = roots[line * FREQUENCIES / lines].map(|l| l as f32);
-        for (series, value) in series.iter_mut().zip([a * l11, a * l21 + b * l22, a * l31 + b * l32 + c * l33]) {
-            series[line % STEPS] += value;
+        for (sign, place) in [(0, line % STEPS), (1, (STEPS - line % STEPS) % STEPS)] {
+            let turn = |which: u64| {
+                let (cos, sin) = cos_sin_q24(mix(6 * line as u64 + 3 * sign + which) as u32);
+                Complex32::new(cos as f32, sin as f32) * (1.0 / 16_777_216.0)
+            };
+            let (a, b, c) = (turn(0), turn(1), turn(2));
+            let values = [a * l11, a * l21 + b * l22, a * l31 + b * l32 + c * l33];
+            series.iter_mut().zip(values).for_each(|(series, value)| series[place] += value);
         }
     }
     // Scalar code rounds alike on every processor.

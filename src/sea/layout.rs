@@ -204,6 +204,7 @@ fn serving_n(first_m: f64, band_limit: f64, wanted_end: f64) -> usize {
     }
     let fits = |n: &usize| {
         CascadeRequest::MAX_PATCHES as f64 * CascadeRequest::modes(*n, band_limit) <= CascadeRequest::MAX_MODES
+            && CascadeRequest::MAX_PATCHES * n * n <= CascadeRequest::MAX_SAMPLES
     };
     let served = |n: &usize| patches(*n) <= CascadeRequest::MAX_PATCHES;
     let sizes = [usual, 2 * usual, 4 * usual, 8 * usual];

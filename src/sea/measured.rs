@@ -60,9 +60,8 @@ impl MeasuredSea {
                 let form = match bin.direction {
                     Some(spread) if series => Form::series(raw_coefficients(spread)),
                     Some(spread) => {
-                        let (c, changed) = feasible_coefficients(spread);
-                        infeasible += usize::from(changed);
-                        Form::entropy(c)
+                        infeasible += usize::from(bin.density > 0.0 && !feasible(spread));
+                        Form::entropy(focused(spread))
                     }
                     None => Form::entropy([Complex64::ZERO; 2]),
                 };
@@ -105,7 +104,7 @@ impl MeasuredSea {
         (self.bins[0].omega, self.bins[self.bins.len() - 1].omega)
     }
 
-    /// Bins whose coefficients no spreading can have; their second was brought to the nearest that one can.
+    /// Bins with energy whose coefficients no spreading can have; they were brought to the nearest that one can.
     pub fn infeasible(&self) -> usize {
         self.infeasible
     }
@@ -131,15 +130,20 @@ fn raw_coefficients(spread: Spread) -> [Complex64; 2] {
     [c1, c2]
 }
 
-/// The same, made feasible; whether that changed them.
-fn feasible_coefficients(spread: Spread) -> ([Complex64; 2], bool) {
+/// Whether some spreading has these coefficients: |c2 - c1^2| <= 1 - |c1|^2.
+fn feasible(spread: Spread) -> bool {
+    let [c1, c2] = raw_coefficients(spread);
+    libm::sqrt((c2 - c1 * c1).norm_sqr()) <= 1.0 - c1.norm_sqr() + 1e-9
+}
+
+/// The coefficients, brought to the nearest that a spreading can have and that is no spike.
+fn focused(spread: Spread) -> [Complex64; 2] {
     let r1 = spread.r1.min(MOST_FOCUSED);
     let [c1, c2] = raw_coefficients(Spread { r1, ..spread });
-    // Feasible: |c2 - c1^2| <= 1 - |c1|^2.
     let (centre, radius) = (c1 * c1, MOST_FOCUSED * (1.0 - c1.norm_sqr()));
     let off = c2 - centre;
     let distance = libm::sqrt(off.norm_sqr());
-    if distance <= radius { ([c1, c2], r1 != spread.r1) } else { ([c1, centre + off * (radius / distance)], true) }
+    if distance <= radius { [c1, c2] } else { [c1, centre + off * (radius / distance)] }
 }
 
 /// Angles over which a clipped series is integrated.

@@ -114,7 +114,7 @@ impl Spectrum {
 
     /// Range of wavenumbers that holds energy, rad/m; `None` for a flat sea.
     pub fn range(&self) -> Option<(f64, f64)> {
-        let systems = self.systems.iter().map(|system| system.range(&self.dispersion));
+        let systems = self.systems.iter().map(System::range);
         let measured = self.measured.iter().map(|measured| {
             let (low, high) = measured.range();
             (self.dispersion.wavenumber(low), self.dispersion.wavenumber(high))

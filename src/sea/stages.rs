@@ -1,8 +1,9 @@
 //! The log as a fold: what is in effect at a tick, and which seas are blended there.
 //!
-//! Each change, and each record of a sequence, begins a [`Stage`]. Under way, it is blended over what came before by a smoothstep of the tick; a
-//! change that interrupts another is blended over it while the other goes on. A change of layout is a stage that is
-//! not blended: it alters no spectrum, and the cross-fade is its [`super::era::Era`]'s.
+//! Each change, and each record of a sequence, begins a [`Stage`]. Under way, it is blended over what came before by a
+//! smoothstep of the tick; one that interrupts another is blended over it while the other goes on, and when it is over,
+//! so is the other. A change of layout is a stage that is not blended: it alters no spectrum, and the cross-fade is its
+//! [`super::era::Era`]'s.
 
 use std::sync::Arc;
 

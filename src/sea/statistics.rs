@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use serde::Serialize;
 
 use super::dispersion::Dispersion;
-use super::layout::{Cascade, Layout};
+use super::layout::Cascade;
 use super::strain::Strain;
 use crate::scene::wmo_sea_state;
 
@@ -45,11 +45,11 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// Of the energies of a layout's modes (as in an energy table, m^2).
-    pub fn new(
+    /// Of cascades with the energies of their modes (as in an energy table, m^2), and the share of the sea's energy that
+    /// their layout has: 1 but while layouts cross-fade.
+    pub fn new<'a>(
         dispersion: &Dispersion,
-        layout: &Layout,
-        energy: &[Vec<f64>],
+        cascades: impl Iterator<Item = (&'a Cascade, f64, Vec<f64>)>,
         wanted_hs_m: f64,
         foam_coverage: f64,
         choppiness: f64,
@@ -57,8 +57,8 @@ impl Statistics {
         let mut bins = Bins::default();
         let (mut m0, mut m2, mut slope, mut x, mut z) = (0.0, 0.0, 0.0, 0.0, 0.0);
         let mut strain = Strain::default();
-        for (cascade, energy) in layout.cascades.iter().zip(energy) {
-            for ((kx, kz), e) in cascade.wave_vectors().zip(energy) {
+        for (cascade, share, energy) in cascades.filter(|(_, share, _)| *share > 0.0) {
+            for ((kx, kz), e) in cascade.wave_vectors().zip(&energy) {
                 let k = libm::hypot(kx, kz);
                 if k == 0.0 {
                     continue;
@@ -66,9 +66,9 @@ impl Statistics {
                 let omega = dispersion.omega(k);
                 (m0, m2, slope) = (m0 + e, m2 + omega * omega * e, slope + k * k * e);
                 (x, z) = (x + e * kx / k, z + e * kz / k);
-                bins.spread(dispersion, cascade, k, *e);
+                bins.spread(dispersion, cascade, share, k, *e);
             }
-            strain = strain.plus(&Strain::of_cascade(dispersion, cascade, energy));
+            strain = strain.plus(&Strain::of_cascade(dispersion, cascade, &energy));
         }
         let moving = m0 > 0.0;
         let tz = 2.0 * PI * libm::sqrt(m0 / m2);
@@ -101,7 +101,7 @@ struct Bins(BTreeMap<i32, (f64, f64)>);
 impl Bins {
     /// Spreads the cell of a mode evenly over the logarithm of its frequencies. Where cascades share the plane, each has
     /// its share of the area, too, so that densities stay true however coarse the cells are.
-    fn spread(&mut self, dispersion: &Dispersion, cascade: &Cascade, k: f64, energy: f64) {
+    fn spread(&mut self, dispersion: &Dispersion, cascade: &Cascade, share: f64, k: f64, energy: f64) {
         let dk = cascade.dk();
         let weight = [-0.4, -0.2, 0.0, 0.2, 0.4].map(|off| cascade.weight(k + off * dk)).iter().sum::<f64>() / 5.0;
         if weight == 0.0 && energy == 0.0 {
@@ -112,7 +112,7 @@ impl Bins {
         for bin in low.floor() as i32..=high.floor() as i32 {
             let inside = (high.min(f64::from(bin + 1)) - low.max(f64::from(bin))) / (high - low);
             let (sum, area) = self.0.entry(bin).or_default();
-            (*sum, *area) = (*sum + energy * inside, *area + weight * dk * dk * inside);
+            (*sum, *area) = (*sum + energy * inside, *area + share * weight * dk * dk * inside);
         }
     }
 

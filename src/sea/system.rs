@@ -5,7 +5,7 @@ use super::energy::{Jonswap, OchiHubble};
 use super::shoaling::{kitaigorodskii, thompson_vincent};
 use super::spreading::Spreader;
 use super::wavenumber::{Elfouhaily, Phillips};
-use crate::scene::{DepthCorrection, Swell, SwellModel, WindModel, WindSea};
+use crate::scene::{DepthCorrection, Swell, SwellModel, Water, WindModel, WindSea};
 
 /// U wp / g of a fully developed sea (Pierson & Moskowitz 1964): what systems without a wind are spread by.
 const DEVELOPED_INVERSE_AGE: f64 = 0.82;
@@ -20,8 +20,9 @@ pub struct System {
     spreader: Spreader,
     /// Unit vector of travel (x, z).
     toward: (f64, f64),
-    /// Wavenumber of the peak, rad/m, and its angular frequency, rad/s.
-    peak_k: f64,
+    /// Wavenumbers of the lower end, the peak and the upper end, rad/m.
+    wavenumbers: [f64; 3],
+    /// Angular frequency of the peak, rad/s.
     peak: f64,
     m0: f64,
 }
@@ -35,25 +36,37 @@ enum Shape {
 }
 
 impl Shape {
-    /// Wavenumber of the peak, rad/m.
-    fn peak_k(&self, dispersion: &Dispersion) -> f64 {
-        match self {
-            Self::Jonswap(shape) => dispersion.wavenumber(shape.peak()),
-            Self::OchiHubble(shape) => dispersion.wavenumber(shape.peak()),
-            Self::Elfouhaily(shape) => shape.peak_k(),
-            Self::Phillips(shape) => shape.peak_k(),
-        }
-    }
-
-    /// Range of wavenumbers, rad/m, that holds all but 1e-4 of the energy.
-    fn range(&self, peak_k: f64, dispersion: &Dispersion) -> (f64, f64) {
-        let by_frequency = |peak: f64| (dispersion.wavenumber(0.1 * peak), dispersion.wavenumber(150.0 * peak));
+    /// Wavenumbers, rad/m: the least and the most that hold all but 1e-4 of the energy, and the peak between. Those of
+    /// a spectrum over wavenumbers are over deep water.
+    fn wavenumbers(&self, dispersion: &Dispersion) -> [f64; 3] {
+        let by_frequency = |peak: f64| [0.1, 1.0, 150.0].map(|ratio| dispersion.wavenumber(ratio * peak));
         match self {
             Self::Jonswap(shape) => by_frequency(shape.peak()),
             Self::OchiHubble(shape) => by_frequency(shape.peak()),
             // Its short waves have a hump of their own.
-            Self::Elfouhaily(_) => (0.01 * peak_k, (2e4 * peak_k).max(5e3)),
-            Self::Phillips(_) => (0.01 * peak_k, 2e4 * peak_k),
+            Self::Elfouhaily(shape) => [0.01 * shape.peak_k(), shape.peak_k(), (2e4 * shape.peak_k()).max(5e3)],
+            Self::Phillips(shape) => [0.01 * shape.peak_k(), shape.peak_k(), 2e4 * shape.peak_k()],
+        }
+    }
+
+    /// F(k) over deep water, m^3, of a spectrum over wavenumbers; `None` for one over frequencies.
+    fn over_wavenumber(&self, k: f64) -> Option<f64> {
+        match self {
+            Self::Elfouhaily(shape) => Some(shape.density(k)),
+            Self::Phillips(shape) => Some(shape.density(k)),
+            Self::Jonswap(_) | Self::OchiHubble(_) => None,
+        }
+    }
+
+    /// S(w) over deep water, m^2 s. A spectrum over wavenumbers is taken along at the same frequency.
+    fn over_frequency(&self, dispersion: &Dispersion, omega: f64) -> f64 {
+        match self {
+            Self::Jonswap(shape) => shape.density(omega),
+            Self::OchiHubble(shape) => shape.density(omega),
+            Self::Elfouhaily(_) | Self::Phillips(_) => {
+                let (k, group_velocity) = dispersion.over_deep(omega);
+                self.over_wavenumber(k).map_or(0.0, |density| density / group_velocity)
+            }
         }
     }
 }
@@ -73,8 +86,13 @@ impl System {
             WindModel::Phillips => Shape::Phillips(Phillips::of_wind(wind, water)?),
             _ => Shape::Jonswap(Jonswap::of_wind(wind, water.gravity)?),
         };
-        let peak_k = shape.peak_k(dispersion);
-        let peak = dispersion.omega(peak_k);
+        let mut wavenumbers = shape.wavenumbers(dispersion);
+        if shape.over_wavenumber(1.0).is_some() && wind.depth_correction != DepthCorrection::None {
+            // The depth factor is one of frequencies: the same waves, shortened by the bottom.
+            let deep = Dispersion::new(Water { depth_m: f64::INFINITY, ..*water });
+            wavenumbers = wavenumbers.map(|k| dispersion.wavenumber(deep.omega(k)));
+        }
+        let peak = dispersion.omega(wavenumbers[1]);
         let inverse_age = wind.speed_mps * peak / water.gravity;
         let mut system = Self {
             shape,
@@ -82,7 +100,7 @@ impl System {
             scale: 1.0,
             spreader: Spreader::new(wind.spreading, inverse_age, wind.swell),
             toward: toward(wind.direction_from_deg),
-            peak_k,
+            wavenumbers,
             peak,
             m0: 0.0,
         };
@@ -101,15 +119,15 @@ impl System {
             SwellModel::Jonswap => Shape::Jonswap(Jonswap::of_swell(swell)?),
             SwellModel::OchiHubble => Shape::OchiHubble(OchiHubble::of_swell(swell)?),
         };
-        let peak_k = shape.peak_k(dispersion);
+        let wavenumbers = shape.wavenumbers(dispersion);
         Some(Self {
             shape,
             depth: DepthCorrection::None,
             scale: 1.0,
             spreader: Spreader::new(swell.spreading, DEVELOPED_INVERSE_AGE, swell.swell),
             toward: toward(swell.direction_from_deg),
-            peak_k,
-            peak: dispersion.omega(peak_k),
+            wavenumbers,
+            peak: dispersion.omega(wavenumbers[1]),
             m0: swell.hs_m * swell.hs_m / 16.0,
         })
     }
@@ -121,33 +139,27 @@ impl System {
 
     /// Wavenumber of the peak, rad/m.
     pub fn peak_k(&self) -> f64 {
-        self.peak_k
+        self.wavenumbers[1]
     }
 
     /// Range of wavenumbers, rad/m, that holds all but 1e-4 of the energy.
-    pub fn range(&self, dispersion: &Dispersion) -> (f64, f64) {
-        self.shape.range(self.peak_k, dispersion)
+    pub fn range(&self) -> (f64, f64) {
+        (self.wavenumbers[0], self.wavenumbers[2])
     }
 
     /// F(k), m^3, with its depth correction; `omega` and `group_velocity` are those of `k`.
     pub fn over_wavenumber(&self, dispersion: &Dispersion, k: f64, omega: f64, group_velocity: f64) -> f64 {
-        let density = match &self.shape {
-            Shape::Jonswap(shape) => shape.density(omega) * group_velocity,
-            Shape::OchiHubble(shape) => shape.density(omega) * group_velocity,
-            Shape::Elfouhaily(shape) => shape.density(k),
-            Shape::Phillips(shape) => shape.density(k),
-        };
-        if density == 0.0 {
-            return 0.0;
-        }
-        let depth = match self.depth {
-            DepthCorrection::None => 1.0,
-            DepthCorrection::Kitaigorodskii => kitaigorodskii(dispersion.kd(k)),
+        // The depth factor is one of S(w): over k it is also the group velocity that changes (Bouws et al. 1985).
+        let over_frequency = || self.shape.over_frequency(dispersion, omega) * group_velocity;
+        let density = match self.depth {
+            DepthCorrection::None => self.shape.over_wavenumber(k).unwrap_or_else(over_frequency),
+            DepthCorrection::Kitaigorodskii => over_frequency() * kitaigorodskii(dispersion.kd(k)),
             DepthCorrection::ThompsonVincent => {
-                thompson_vincent(omega * libm::sqrt(dispersion.depth_m() / dispersion.water().gravity))
+                let depth = dispersion.depth_m() / dispersion.water().gravity;
+                over_frequency() * thompson_vincent(omega * libm::sqrt(depth))
             }
         };
-        self.scale * density * depth
+        self.scale * density
     }
 
     /// D(theta), 1/rad, for waves of `omega` that travel along a unit vector (x, z).
@@ -157,7 +169,7 @@ impl System {
     }
 
     fn integrate(&self, dispersion: &Dispersion) -> f64 {
-        let (low, high) = self.range(dispersion);
+        let (low, high) = self.range();
         dispersion.integrate(low, high, |k, omega, cg| self.over_wavenumber(dispersion, k, omega, cg))
     }
 }

@@ -46,8 +46,6 @@ impl Timeline {
             timeline.insert(change.clone(), now);
         }
         timeline.prepare(now);
-        let era = timeline.eras.iter().rev().find(|era| era.from() <= now).unwrap_or(&timeline.eras[0]);
-        timeline.warnings = era.warnings(&timeline.stages, now).into();
         timeline
     }
 
@@ -151,10 +149,15 @@ impl Timeline {
         let coverage = self.eras.iter().map(|era| era.foam_coverage(&self.stages, tick)).sum();
         let wanted_hs = self.wanted_hs_at(tick);
         let choppiness = self.scene.effects.choppiness;
-        Statistics::new(&dispersion, &self.layout, &self.energies_at(tick), wanted_hs, coverage, choppiness)
+        let cascades = self.eras.iter().flat_map(|era| {
+            let share = era.amplitude(tick) * era.amplitude(tick);
+            let energies = era.energies(&self.stages, tick);
+            era.layout.cascades.iter().zip(energies).map(move |(cascade, energies)| (cascade, share, energies))
+        });
+        Statistics::new(&dispersion, cascades, wanted_hs, coverage, choppiness)
     }
 
-    /// What an operator would not expect of the scene as it was when it was read.
+    /// What an operator would not expect of the sea that is in effect, or of the layout that is to come.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -221,6 +224,8 @@ impl Timeline {
         self.eras.iter_mut().for_each(|era| era.fold(&self.stages, oldest, last, self.scene.repeat.ticks));
         self.stages.fold(last);
         self.eras.iter().for_each(|era| era.prepare(&self.stages, now));
+        let newest = self.newest_era();
+        self.warnings = newest.warnings(&self.stages, now.max(newest.from())).into();
     }
 
     fn forget_eras(&mut self, now: i64) {

@@ -21,9 +21,9 @@ pub fn warnings(scene: &Scene, layout: &Layout, table: &EnergyTable) -> Vec<Stri
             "the loop of {seconds} s is under {LEAST_PERIODS} peak periods of {period:.1} s: wave speeds are rounded"
         ));
     }
+    // Not a number for a flat sea, which misses nothing.
     let missing = 1.0 - table.resolved_m0() / table.wanted_m0;
     if missing > UNRESOLVED {
-        // NaN for a flat sea, which misses nothing.
         let shortest = layout.cascades.last().map_or(0.0, |cascade| cascade.shortest_m());
         let short = spectrum.share_shorter_than(shortest).min(missing);
         warnings.push(format!(

@@ -18,7 +18,7 @@ use super::ocean::Ocean;
 use super::problem::Problem;
 use super::proposal::{Proposal, told};
 use super::{hello, metrics, upgrade, viewer};
-use crate::scene::SceneFile;
+use crate::scene::{CascadesFile, SceneFile};
 use crate::wire::TICKS_PER_SECOND;
 
 /// Most entries of one page of the log, and how many it has unless asked.
@@ -99,22 +99,17 @@ async fn scene(State(ocean): Served, name: Name) -> Result<Response, Problem> {
             "wind_range_mps": status.wind_range_mps,
             "depth_m": status.depth_m,
             "gravity": now.sea.water.gravity,
-            "cascades": SceneFile::from(now).cascades,
+            "cascades": CascadesFile::from(&now.cascades),
         },
     });
     Ok((tag(current.sequence), answer(StatusCode::OK, &body)).into_response())
 }
 
-/// What the sea is like now.
+/// What the sea is like, at most a second ago.
 async fn statistics(State(ocean): Served, name: Name) -> Result<Response, Problem> {
     served(&ocean, name)?;
-    let (current, tick) = (ocean.current(), ocean.tick());
-    let timeline = current.timeline;
-    // Sums over all modes.
-    let told = spawn_blocking(move || serde_json::to_value(timeline.statistics_at(tick))).await;
-    let Ok(Ok(mut body)) = told else { return Err(Problem::internal("the statistics can't be made")) };
-    body["tick"] = tick.into();
-    Ok((tag(current.sequence), answer(StatusCode::OK, &body)).into_response())
+    let (sequence, body) = ocean.statistics().await?;
+    Ok((tag(sequence), answer(StatusCode::OK, &body)).into_response())
 }
 
 async fn wind(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) -> Result<Response, Problem> {

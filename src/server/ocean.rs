@@ -3,11 +3,13 @@
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
+use serde_json::Value;
 use tokio::task::spawn_blocking;
 
 use super::bulletin::Bulletin;
 use super::hello;
 use super::metrics::Metrics;
+use super::problem::Problem;
 use super::proposal::Gate;
 use super::ring::Ring;
 use super::seats::Seats;
@@ -38,6 +40,8 @@ pub struct Ocean {
     engine: Engine,
     wishes: Mutex<Wishes>,
     clients: AtomicUsize,
+    /// The statistics that were told last: tick, entry of the log, and text.
+    statistics: tokio::sync::Mutex<Option<(i64, u64, Value)>>,
     /// The tick that was noted last.
     noted: Arc<tokio::sync::Mutex<i64>>,
     next_client: AtomicU64,
@@ -115,6 +119,7 @@ impl Ocean {
             status: RwLock::new(status),
             engine,
             clients: AtomicUsize::new(0),
+            statistics: tokio::sync::Mutex::new(None),
             noted: Arc::new(tokio::sync::Mutex::new(i64::MIN)),
             next_client: AtomicU64::new(1),
         })
@@ -161,15 +166,33 @@ impl Ocean {
         hello::hello(&timeline, self.epoch, sequence, self.tick(), self.settings.live_units)
     }
 
+    /// What the sea is like, with the newest entry of the log. Sums over all modes: made once a second at most,
+    /// however many ask.
+    pub(super) async fn statistics(&self) -> Result<(u64, Value), Problem> {
+        let mut told = self.statistics.lock().await;
+        let (Current { sequence, timeline }, tick) = (self.current(), self.tick());
+        if let Some((at, known, body)) = &*told
+            && *known == sequence
+            && (*at..*at + TICKS_PER_SECOND).contains(&tick)
+        {
+            return Ok((sequence, body.clone()));
+        }
+        let made = spawn_blocking(move || serde_json::to_value(timeline.statistics_at(tick))).await;
+        let Ok(Ok(mut body)) = made else { return Err(Problem::internal("the statistics can't be made")) };
+        body["tick"] = tick.into();
+        *told = Some((tick, sequence, body.clone()));
+        Ok((sequence, body))
+    }
+
     /// Composes the status anew and tells every client.
     pub async fn refresh_status(self: &Arc<Self>) {
         let ocean = Arc::clone(self);
         let compose = move || {
+            // Every second and off the async threads: records of a sequence are ready when their time comes.
+            ocean.current().timeline.build_ahead(ocean.tick());
             // Composed and posted under one lock, so that none overtakes a newer one.
             let mut posted = ocean.status.write().unwrap_or_else(PoisonError::into_inner);
             let timeline = ocean.current().timeline;
-            // This runs every second, off the async threads: records of a sequence are ready when their time comes.
-            timeline.build_ahead(ocean.tick());
             let status = hello::status(&timeline, &ocean.counters(), ocean.tick(), ocean.clients());
             posted.clone_from(&status);
             ocean.bulletin.post_status(status);

@@ -11,15 +11,21 @@ use super::ocean::{Current, Held, Ocean};
 use super::problem::Problem;
 use crate::control::{Answer, Key, StoreError};
 use crate::scene::{Change, ChangeKind, CrossFade};
-use crate::sea::{MAX_OVERLAPPING, Timeline};
+use crate::sea::{Cascade, MAX_OVERLAPPING, Timeline};
 use crate::wire::{TICKS_PER_SECOND, WireChange, WireChangeKind};
 
 /// Between the first frames that a change can act on and its acceptance: room for the disk, 100 ms.
 const MARGIN: i64 = TICKS_PER_SECOND / 10;
 /// How long before it acts a change can be announced: a day. Further out, a slip of the hand would be for ever.
 const FARTHEST: i64 = 86_400 * TICKS_PER_SECOND;
-/// Most changes that are accepted and not yet over; each holds a spectrum.
+/// Most changes that are accepted and not yet over; each holds a spectrum ...
 const MAX_OPEN: usize = 64;
+/// ... and of large ones fewer: cells of all their tables, a gigabyte.
+const MAX_OPEN_CELLS: usize = 100_000_000;
+/// How long before it acts a change of layout can be announced, ten minutes: until it is over there is no other.
+const FARTHEST_LAYOUT: i64 = 600 * TICKS_PER_SECOND;
+/// Longest that building is expected to take, ticks: a minute.
+const LONGEST_BUILD: i64 = 60 * TICKS_PER_SECOND;
 /// Changes that may come at once, and how fast that allowance grows back.
 const BURST: i64 = 64;
 const TICKS_PER_CHANGE: i64 = TICKS_PER_SECOND / 2;
@@ -91,12 +97,13 @@ impl Gate {
 
     fn expect(&mut self, build_us: i64) {
         // Half as long again as last time.
-        self.build = (build_us.saturating_mul(TICKS_PER_SECOND) / 1_000_000 * 3 / 2).clamp(36, 60 * TICKS_PER_SECOND);
+        self.build = (build_us.saturating_mul(TICKS_PER_SECOND) / 1_000_000 * 3 / 2).clamp(36, LONGEST_BUILD);
     }
 
-    fn admit(&mut self, tick: i64) -> Result<(), Problem> {
-        if self.open.len() >= MAX_OPEN {
-            let detail = format!("{} changes are accepted and not yet over, must be below {MAX_OPEN}", self.open.len());
+    fn admit(&mut self, tick: i64, cells: usize) -> Result<(), Problem> {
+        let most = (MAX_OPEN_CELLS / cells.max(1)).clamp(2, MAX_OPEN);
+        if self.open.len() >= most {
+            let detail = format!("{} changes are accepted and not yet over, must be below {most}", self.open.len());
             return Err(Problem::conflict("too-many-changes", detail));
         }
         let used = self.used_until.max(tick.saturating_sub(BURST * TICKS_PER_CHANGE)) + TICKS_PER_CHANGE;
@@ -150,10 +157,13 @@ impl Ocean {
         // Checked before the allowance is touched: such a refusal costs nothing.
         let first = self.change_of(&proposal, &kind, sequence + 1, arrived, gate.build)?;
         fit(&timeline, &first, self.tick())?;
-        gate.admit(self.tick())?;
+        gate.admit(self.tick(), timeline.layout().cascades.iter().map(Cascade::cells).sum())?;
         let (change, next, held) = self.build(&proposal, kind, sequence + 1, arrived, &timeline, &mut gate).await?;
         let (store, written, entry) = (Arc::clone(&self.store), key, change.clone());
         let answer = spawn_blocking(move || store.append(&entry, written.as_ref())).await.map_err(|e| failed(&e))??;
+        for warning in next.warnings().iter().filter(|warning| !timeline.warnings().contains(warning)) {
+            tracing::warn!("{warning}");
+        }
         self.adopt(Current { sequence: change.sequence, timeline: next });
         drop(held);
         let hello = CrossFade::of(&change).map(|_| self.hello());
@@ -194,8 +204,11 @@ impl Ocean {
             if effective_tick >= self.tick() + lead() + MARGIN {
                 return Ok((change, next, held));
             }
+            if gate.build == LONGEST_BUILD {
+                break;
+            }
         }
-        let detail = format!("building the change took too long {ATTEMPTS} times");
+        let detail = format!("building the change took longer than expected, up to {ATTEMPTS} times");
         Err(Problem::new(StatusCode::SERVICE_UNAVAILABLE, "too-slow", "The server is too busy", detail).retry_after(1))
     }
 
@@ -216,10 +229,11 @@ impl Ocean {
             When::In(s) => ("in_seconds", Some(serde_json::Value::from(s))),
         };
         let transition_ticks = Change::check_time(kind, tick, proposal.transition_s)?;
-        let latest = earliest.saturating_add(FARTHEST);
+        let farthest = if let ChangeKind::Layout { .. } = kind { FARTHEST_LAYOUT } else { FARTHEST };
+        let latest = earliest.saturating_add(farthest);
         if tick > latest {
             let detail = format!("the change would act at tick {tick}; the latest it can be announced for is {latest}");
-            let title = "Too far ahead: a change can be announced a day before it acts";
+            let title = "Too far ahead: a change can be announced a day before it acts, one of layout ten minutes";
             return Err(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, "too-far", title, detail)
                 .at(field)
                 .found(value.unwrap_or_default())

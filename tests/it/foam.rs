@@ -68,12 +68,14 @@ fn whitecaps_cover_what_the_wind_calls_for() {
         let mean = each.iter().sum::<f64>() / each.len() as f64;
         let deviation = each.iter().map(|c| (c - mean) * (c - mean)).sum::<f64>() / (each.len() - 1) as f64;
         let wanted = 3.84e-6 * speed.powf(3.41);
+        let told = Timeline::new(&scene).statistics_at(0).foam_coverage;
+        assert!((told / wanted - 1.0).abs() < 0.01, "{speed} m/s: {told} is told of {wanted}");
         println!(
             "{speed} m/s: {:.3} % covered, standard error {:.3}, wanted {:.3}, told {:.3}",
             100.0 * mean,
             100.0 * (deviation / each.len() as f64).sqrt(),
             100.0 * wanted,
-            100.0 * Timeline::new(&scene).statistics_at(0).foam_coverage,
+            100.0 * told,
         );
         assert!((mean / wanted - 1.0).abs() < within, "{speed} m/s: {mean} of {wanted}");
     }
@@ -134,4 +136,35 @@ fn foam_is_the_same_bytes_at_any_frame_rate() {
     }
     let distinct: std::collections::BTreeSet<_> = rates[0].values().map(|frame| frame[88..].to_vec()).collect();
     assert!(distinct.len() > 20, "foam stands still");
+}
+
+#[test]
+fn foam_that_lives_through_the_end_of_a_loop_is_that_of_a_server_begun_after_it() {
+    for (ticks, rate) in [(7207, 60), (100_000, 15)] {
+        let mut scene = crate::support::wind_sea(18.0, 32, &[60.0]);
+        scene.repeat.ticks = ticks;
+        let timeline = Arc::new(Timeline::new(&scene));
+        let unit = UnitName { cascade: 0, level: 0, class: ErrorClass::HalfMillimetre, group: Group::Foam };
+        let interval = 7200 / rate;
+        let demand = Demand::from([(unit, interval)]);
+        let begin = |tick: i64| {
+            let mut stepper = Stepper::new(Box::new(Cpu::new(Some(1))), Arc::clone(&timeline), 1);
+            stepper.set_demand(&demand);
+            while stepper.warm_foam(tick).unwrap() {}
+            stepper
+        };
+        let first = ticks as i64 / interval * interval - 10 * interval;
+        let mut living = begin(first);
+        for tick in (first..first + 30 * interval).step_by(interval as usize) {
+            // Between frames a server runs the foam ticks that are missing, and only those.
+            let mut steps = 0;
+            while living.warm_foam(tick).unwrap() {
+                steps += 1;
+            }
+            assert!(steps <= 2, "{steps} foam steps before a frame: its memory was lost");
+            let frames = living.frames(tick, &demand).unwrap().frames;
+            assert!(frames == begin(tick).frames(tick, &demand).unwrap().frames, "a loop of {ticks} at {tick}");
+            assert_eq!(frames.len(), 1);
+        }
+    }
 }

@@ -6,7 +6,7 @@ use swellcast::scene::{
     DepthCorrection, Scene, SceneFile, Spreading, SpreadingForm, Swell, SwellModel, Water, WindModel, WindSea,
 };
 use swellcast::sea::{
-    Dispersion, Elfouhaily, Jonswap, Phillips, Spectrum, Spreader, Timeline, kitaigorodskii, thompson_vincent,
+    self, Dispersion, Elfouhaily, Jonswap, Phillips, Spectrum, Spreader, Timeline, kitaigorodskii, thompson_vincent,
 };
 
 use crate::support::{close, scene};
@@ -129,6 +129,49 @@ fn every_spreading_integrates_to_one() {
                 );
             }
         }
+    }
+}
+
+#[test]
+fn exponents_and_widths_have_their_published_values() {
+    for (got, want) in [
+        (sea::mitsuyasu_s(1.0, 1.0), 11.5),
+        (sea::mitsuyasu_s(2.0, 1.0), 11.5 * 2_f64.powf(-2.5)),
+        (sea::mitsuyasu_s(0.5, 0.84), 11.5 * 0.84_f64.powf(-2.5) / 32.0),
+        (sea::hasselmann_s(1.0, 1.0), 6.97),
+        (sea::hasselmann_s(0.8, 1.0), 6.97 * 0.8_f64.powf(4.06)),
+        (sea::hasselmann_s(2.0, 1.17), 9.77 * 2_f64.powf(-2.33)),
+        (sea::hasselmann_s(2.0, 1.0), 9.77 * 2_f64.powf(-2.33 + 1.45 * 0.17)),
+        (sea::donelan_banner_beta(0.3), 2.61 * 0.56_f64.powf(1.3)),
+        (sea::donelan_banner_beta(0.8), 2.61 * 0.8_f64.powf(1.3)),
+        (sea::donelan_banner_beta(1.0), 2.28),
+        (sea::donelan_banner_beta(1.5), 2.28 * 1.5_f64.powf(-1.3)),
+        (sea::donelan_banner_beta(2.0), 10_f64.powf(-0.4 + 0.8393 * (-0.567 * 4_f64.ln()).exp())),
+        (sea::horvath_swell_s(1.0, 1.0), 16.0 * 1_f64.tanh()),
+        (sea::horvath_swell_s(0.5, 0.5), 4.0 * 2_f64.tanh()),
+    ] {
+        close(got, want, 1e-9);
+    }
+}
+
+#[test]
+fn the_depth_factor_leaves_a_saturated_range_as_it_is() {
+    // Kitaigorodskii's factor is the one that keeps alpha / 2 k^-3 at any depth (Bouws et al. 1985).
+    let mut shallow = scene("name = \"m\"");
+    let wind = WindSea { spreading: Spreading::cos2s(0.0), ..blown(WindModel::Phillips, 60.0) };
+    (shallow.sea.wind, shallow.sea.water.depth_m) = (Some(wind), 8.0);
+    let spectrum = Spectrum::new(&shallow.sea);
+    for k in [0.05, 0.15, 0.5, 3.0] {
+        // Far above the peak of .002 rad/m, in water that is shallow for the first of them.
+        close(spectrum.density(k, 0.0) * 2.0 * PI * k, 0.5 * 8.1e-3 / (k * k * k), 0.02);
+    }
+    let (deep, flat) = (Water::default(), Water { depth_m: 8.0, ..Water::default() });
+    for model in [WindModel::Phillips, WindModel::Elfouhaily] {
+        let hs = |water| wanted_hs(blown(model, 12.0), water);
+        assert!(hs(flat) < 0.9 * hs(deep) && hs(flat) > 0.2 * hs(deep), "{model:?}: {} of {}", hs(flat), hs(deep));
+        close(hs(Water { depth_m: 1e4, ..deep }), hs(deep), 1e-3);
+        let parabolas = WindSea { depth_correction: DepthCorrection::ThompsonVincent, ..blown(model, 12.0) };
+        close(wanted_hs(parabolas, flat), hs(flat), 0.04);
     }
 }
 

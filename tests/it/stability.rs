@@ -50,7 +50,7 @@ fn holds(scene: &Scene, ticks: &[i64]) -> Result<(), String> {
     bounded(&timeline, hs, ticks)?;
     for backend in backends() {
         let mut stepper = Stepper::new(backend, timeline.clone().into(), 1);
-        frames_are_made(&mut stepper, scene, ticks)?;
+        frames_are_made(&mut stepper, &timeline, &ticks[..1])?;
     }
     moves(&timeline, hs)
 }
@@ -85,14 +85,25 @@ fn bounded(timeline: &Timeline, hs: f64, ticks: &[i64]) -> Result<(), String> {
     Ok(())
 }
 
-/// Every group of the first cascade makes its frame, saturated or not.
-fn frames_are_made(stepper: &mut Stepper, scene: &Scene, ticks: &[i64]) -> Result<(), String> {
-    let unit = |group| (UnitName { cascade: 0, level: 0, class: ErrorClass::HalfMillimetre, group }, 1);
-    let demand: Demand = [Group::Displacement, Group::Slopes, Group::Derivatives].map(unit).into();
+/// Every group of every cascade makes its frames, saturated or not.
+fn frames_are_made(stepper: &mut Stepper, timeline: &Timeline, ticks: &[i64]) -> Result<(), String> {
+    let foam = timeline.scene().effects.foam.is_some();
+    let groups = Group::ALL.into_iter().filter(|group| foam || *group != Group::Foam);
+    let unit = |cascade, group| (UnitName { cascade, level: 0, class: ErrorClass::HalfMillimetre, group }, 1);
+    let numbers: Vec<u8> = timeline.layout().cascades.iter().map(|cascade| cascade.index).collect();
+    let demand: Demand = groups.flat_map(|group| numbers.iter().map(move |n| unit(*n, group))).collect();
+    stepper.set_demand(&demand);
     for &tick in ticks {
+        while stepper.warm_foam(tick).map_err(|e| e.to_string())? {}
         let batch = stepper.frames(tick, &demand).map_err(|e| e.to_string())?;
-        if batch.refused > 0 || batch.frames.is_empty() {
-            return Err(format!("{}: {} frames refused at tick {tick}", scene.name, batch.refused));
+        let units: std::collections::BTreeSet<_> = batch.frames.iter().map(|(unit, _)| *unit).collect();
+        if batch.refused > 0 || units.len() != demand.len() {
+            return Err(format!(
+                "{} of {} frames, {} refused, at tick {tick}",
+                units.len(),
+                demand.len(),
+                batch.refused
+            ));
         }
     }
     Ok(())

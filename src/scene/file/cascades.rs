@@ -36,6 +36,11 @@ impl CascadesFile {
         if let Some(n) = self.n.filter(|n| !(16..=2048).contains(n) || !n.is_power_of_two()) {
             return Err(SceneError::bound("cascades.n", n, "a power of two from 16 to 2048"));
         }
+        if self.patches_m.len() > CascadeRequest::MAX_PATCHES {
+            let value = format!("{} patches", self.patches_m.len());
+            let bound = format!("at most {}", CascadeRequest::MAX_PATCHES);
+            return Err(SceneError::bound("cascades.patches_m", value, bound));
+        }
         let n = self.n.unwrap_or(CascadeRequest::USUAL_N);
         let band_limit = within("cascades.band_limit", self.band_limit, 0.1, 1.0)?;
         // An automatic layout may need as many patches as one chosen by hand may have.
@@ -46,14 +51,15 @@ impl CascadesFile {
             let bound = format!("small enough for {:.0} modes", CascadeRequest::MAX_MODES);
             return Err(SceneError::bound("cascades.n", value, bound));
         }
+        let samples = patches.saturating_mul(n * n);
+        if samples > CascadeRequest::MAX_SAMPLES {
+            let value = format!("{n} with up to {patches} patches, {samples} samples");
+            let bound = format!("small enough for {} samples", CascadeRequest::MAX_SAMPLES);
+            return Err(SceneError::bound("cascades.n", value, bound));
+        }
         if self.patches_m.is_empty() {
             let finest_wavelength_m = within("cascades.finest_wavelength_m", self.finest_wavelength_m, 1e-3, 1e4)?;
             return Ok(CascadeRequest::Automatic { n: self.n, band_limit, finest_wavelength_m });
-        }
-        if self.patches_m.len() > CascadeRequest::MAX_PATCHES {
-            let value = format!("{} patches", self.patches_m.len());
-            let bound = format!("at most {}", CascadeRequest::MAX_PATCHES);
-            return Err(SceneError::bound("cascades.patches_m", value, bound));
         }
         let mut patches = Vec::new();
         let (mut shortest, mut longest) = (0.1, 1e5);

@@ -99,17 +99,14 @@ impl ReplayFile {
         if !self.records.is_empty() {
             return Err(SceneError::bound("measured.replay.records", "given", "absent where a station is named"));
         }
+        let Some(from) = from else {
+            return Err(SceneError::bound("measured.time", "absent", "there, where records follow"));
+        };
         let mut times = station.times()?;
         // ISO times sort as they come.
         times.sort();
         times.dedup();
-        times.retain(|time| {
-            from.is_some_and(|from| time.as_str() > from) && self.until.as_ref().is_none_or(|until| time <= until)
-        });
-        if times.len() > Replay::MAX_RECORDS {
-            let bound = format!("at most {}", Replay::MAX_RECORDS);
-            return Err(SceneError::bound("measured.replay", format!("{} records", times.len()), bound));
-        }
+        times.retain(|time| time.as_str() > from && self.until.as_ref().is_none_or(|until| time <= until));
         let record = |time: &String| Ok(station.spectrum(Some(time))?.with_directions(directions));
         let records = times.iter().map(record).collect::<Result<_, SceneError>>()?;
         Replay::new(records, self.record_s, self.transition_s)

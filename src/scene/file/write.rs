@@ -3,20 +3,29 @@
 use super::{CascadesFile, EffectsFile, MeasuredFile, ReplayFile, SceneFile, WaterFile, WindFile};
 use crate::scene::{CascadeRequest, MeasuredBin, MeasuredSpectrum, Repeat, Scene};
 
+impl From<&CascadeRequest> for CascadesFile {
+    fn from(request: &CascadeRequest) -> Self {
+        match request {
+            CascadeRequest::Automatic { n, band_limit, finest_wavelength_m } => Self {
+                n: *n,
+                band_limit: *band_limit,
+                finest_wavelength_m: *finest_wavelength_m,
+                patches_m: Vec::new(),
+            },
+            CascadeRequest::Chosen { patches, band_limit } => Self {
+                n: patches.first().map(|patch| patch.n),
+                band_limit: *band_limit,
+                patches_m: patches.iter().map(|patch| patch.length_m).collect(),
+                ..Self::default()
+            },
+        }
+    }
+}
+
 impl From<&Scene> for SceneFile {
     /// The file that checks to this very scene; a measured record stands in it as numbers.
     fn from(scene: &Scene) -> Self {
         let foam = scene.effects.foam.unwrap_or_default();
-        let (n, band_limit, finest_wavelength_m, patches_m) = match &scene.cascades {
-            CascadeRequest::Automatic { n, band_limit, finest_wavelength_m } => {
-                (*n, *band_limit, *finest_wavelength_m, vec![])
-            }
-            CascadeRequest::Chosen { patches, band_limit } => {
-                let n = patches.first().map(|p| p.n);
-                let lengths = patches.iter().map(|p| p.length_m).collect();
-                (n, *band_limit, CascadesFile::default().finest_wavelength_m, lengths)
-            }
-        };
         let row = |bin: &MeasuredBin| match bin.direction {
             Some(s) => vec![bin.frequency_hz, bin.density, s.alpha1_deg, s.alpha2_deg, s.r1, s.r2],
             None => vec![bin.frequency_hz, bin.density],
@@ -63,7 +72,7 @@ impl From<&Scene> for SceneFile {
                 replay,
                 ..MeasuredFile::default()
             }),
-            cascades: CascadesFile { n, band_limit, finest_wavelength_m, patches_m },
+            cascades: CascadesFile::from(&scene.cascades),
             effects: EffectsFile {
                 choppiness: scene.effects.choppiness,
                 foam: scene.effects.foam.is_some(),

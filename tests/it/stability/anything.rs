@@ -121,7 +121,13 @@ fn keys(value: &toml::Value, found: &mut std::collections::BTreeSet<String>) {
 fn every_field_of_a_scene_is_in_its_documentation() {
     let page = include_str!("../../../docs/scenes.md");
     let mut found = Default::default();
-    keys(&toml::Value::try_from(whole()).unwrap(), &mut found);
+    let mut file = whole();
+    // Of a station as well as of numbers: such a file is none, but has every field.
+    let record = file.measured.as_mut().unwrap();
+    let word = || Some("word".to_owned());
+    (record.station, record.directory, record.time) = (word(), word(), word());
+    record.replay.as_mut().unwrap().until = word();
+    keys(&toml::Value::try_from(file).unwrap(), &mut found);
     let missing: Vec<_> =
         found.iter().filter(|key| !page.contains(&format!("`{key}`")) && !page.contains(&format!("[{key}]"))).collect();
     assert!(found.len() > 40 && missing.is_empty(), "docs/scenes.md lacks {missing:?}");
