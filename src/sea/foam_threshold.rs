@@ -27,8 +27,8 @@ const SHORTEST_WHITECAP_M: f64 = 2.5;
 /// Threshold of a cascade that never foams: no Jacobian comes near it.
 const NEVER: f64 = -1e6;
 
-/// Foam steps of a particle's history: 7.3 hours, of which two independent ones come out of one transform.
-const STEPS: usize = 1 << 18;
+/// Foam steps of a particle's history: 14.6 hours, of which two independent ones come out of one transform.
+const STEPS: usize = 1 << 19;
 /// Steps at its beginning that fill foam's memory.
 const FILLING: usize = 200;
 /// Frequencies that its strain is told apart by.
