@@ -170,8 +170,8 @@ fn choices() -> Vec<Choice> {
                 s.cascades.patches_m = (0..[0, 0, 0, 1, 2, 3, 9][i]).map(|i| 1000.0 * 0.5_f64.powi(i)).collect()
             },
         },
-        // Calibrating foam costs more than all the rest: one scene in six foams.
-        Choice { good: 6, all: 6, set: |s, i| s.effects.foam = i == 5 },
+        // Calibrating foam costs more than all the rest: few scenes foam.
+        Choice { good: 24, all: 24, set: |s, i| s.effects.foam = i == 23 },
         Choice { good: 5, all: 5, set: |s, i| s.wind.iter_mut().for_each(|w| w.model = WindModel::ALL[i]) },
         Choice { good: 3, all: 3, set: |s, i| s.wind.iter_mut().for_each(|w| w.depth_correction = CORRECTIONS[i]) },
         Choice { good: 2, all: 2, set: |s, i| s.wind.iter_mut().for_each(|w| w.hs_m = (i > 0).then_some(1.0)) },
