@@ -96,6 +96,8 @@ fn strain_that_is_one_wave_folds_where_its_crest_does() {
     // Along x alone: J = 1 + Dxx, normal with deviation k a.
     let strain = Strain::of_mode(&dispersion, 2.0, 0.0, 0.04);
     close(strain.stretch(), 0.4, 1e-9);
+    // Whichever way it runs.
+    close(Strain::of_mode(&dispersion, 1.2, -1.6, 0.04).stretch(), 0.4, 1e-9);
     // P(z < -1 / .4) of a normal number.
     close(strain.below(0.0, 1.0), 0.006_209_7, 0.02);
     close(strain.below(1.0, 1.0), 0.5, 0.05);
