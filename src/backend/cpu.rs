@@ -24,6 +24,7 @@ struct CascadeEngine {
     transform: Transform,
     workspaces: Vec<Workspace>,
     heights: Vec<Complex32>,
+    rates: Vec<Complex32>,
     held_foam: Vec<HeldFoam>,
     foam_threshold: f32,
 }
@@ -51,7 +52,7 @@ impl Backend for Cpu {
     fn load(&mut self, sea: &Sea) -> Result<(), BackendError> {
         self.repeat = sea.repeat;
         let tables = self.threads.install(|| {
-            sea.cascades.par_iter().map(|modes| EvolveTable::new(modes, sea.choppiness)).collect::<Vec<_>>()
+            sea.cascades.par_iter().map(|modes| EvolveTable::new(modes, sea.choppiness, sea.repeat)).collect::<Vec<_>>()
         });
         let surfaces = std::mem::take(&mut self.surface.cascades);
         let mut held: Vec<_> = std::mem::take(&mut self.cascades).into_iter().zip(surfaces).collect();
@@ -102,6 +103,7 @@ impl CascadeEngine {
             transform,
             workspaces: Vec::new(),
             heights: vec![Complex32::ZERO; modes],
+            rates: vec![Complex32::ZERO; modes],
             held_foam: Vec::new(),
             foam_threshold: 0.0,
         }
@@ -123,7 +125,7 @@ impl CascadeEngine {
             self.transform_all(turn, plan.transforms, surface);
         }
         if assembled {
-            let [.., dxx, dzz, dxz, jacobian, shown] = &mut surface.planes;
+            let [_, _, _, _, _, dxx, dzz, dxz, _, _, _, jacobian, .., shown] = &mut surface.planes;
             assemble::jacobian(dxx, dzz, dxz, jacobian);
             if let Some(work) = plan.foam {
                 self.held_foam.resize(samples, HeldFoam::default());
@@ -134,15 +136,19 @@ impl CascadeEngine {
 
     fn transform_all(&mut self, turn: u32, fields: FieldSet, surface: &mut CascadeSurface) {
         self.table.heights(turn, &mut self.heights);
+        if !fields.intersection(FieldSet::VELOCITY).is_empty() {
+            self.table.rates(turn, &mut self.rates);
+        }
         while self.workspaces.len() < fields.len() {
             self.workspaces.push(self.transform.workspace());
         }
-        let (table, transform, heights) = (&self.table, &self.transform, &self.heights);
+        let (table, transform, heights, rates) = (&self.table, &self.transform, &self.heights, &self.rates);
         let planes = Field::ALL.into_iter().zip(&mut surface.planes).filter(|(field, _)| fields.contains(*field));
         let jobs: Vec<_> = planes.zip(&mut self.workspaces).collect();
         jobs.into_par_iter().for_each(|((field, plane), workspace)| {
             let (factors, odd) = table.factors(field);
-            transform.run(heights, factors, odd, workspace, plane);
+            let source = if FieldSet::VELOCITY.contains(field) { rates } else { heights };
+            transform.run(source, factors, odd, workspace, plane);
         });
     }
 }

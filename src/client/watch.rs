@@ -187,9 +187,12 @@ impl<N: Fn() -> i64> Watching<N> {
     }
 }
 
-/// Every group of every cascade at its full grid, as many as the server gives to one client: first what moves.
+/// Everything that a picture needs of every cascade at its full grid, as many as the server gives to one client: first
+/// what moves.
 fn units(hello: &Hello, class: ErrorClass) -> Vec<UnitName> {
     let cascades = &hello.layout.cascades;
     let of = |group| cascades.iter().map(move |c| UnitName { cascade: c.index, level: 0, class, group });
-    Group::ALL.into_iter().flat_map(of).take(hello.limits.units.min(48) as usize).collect()
+    let wanted = [Group::Displacement, Group::Slopes, Group::Derivatives, Group::Foam].into_iter();
+    let had = wanted.filter(|group| hello.groups.iter().any(|info| info.name == *group));
+    had.flat_map(of).take(hello.limits.units.min(48) as usize).collect()
 }

@@ -37,6 +37,11 @@ fn fields(group: Group) -> &'static [Field] {
         Group::Slopes => &[Field::SlopeX, Field::SlopeZ],
         Group::Derivatives => &[Field::Dxx, Field::Dzz, Field::Dxz],
         Group::Foam => &[Field::Foam],
+        Group::Height => &[Field::Height],
+        Group::Velocity => &[Field::VelocityX, Field::VelocityY, Field::VelocityZ],
+        Group::Jacobian => &[Field::Jacobian, Field::Eigenvalue],
+        Group::Stretch => &[Field::Dxx, Field::Dzz],
+        Group::Normals => &[Field::NormalX, Field::NormalZ],
     }
 }
 

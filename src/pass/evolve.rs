@@ -9,7 +9,9 @@ use crate::sea::{CascadeModes, cos_sin_q24};
 #[derive(Debug, Default)]
 pub struct EvolveTable {
     modes: Vec<TurningMode>,
-    /// Per spectral field, in the order of `modes`.
+    /// Angular frequency of each mode, rad/s.
+    omegas: Vec<f32>,
+    /// Of height, displacement, slopes and derivatives, in the order of `modes`.
     factors: [Vec<f32>; 8],
 }
 
@@ -23,7 +25,7 @@ struct TurningMode {
 
 impl EvolveTable {
     /// Rounds a cascade's modes to f32. `choppiness` goes into every sideways field.
-    pub fn new(cascade: &CascadeModes, choppiness: f64) -> Self {
+    pub fn new(cascade: &CascadeModes, choppiness: f64, repeat: u64) -> Self {
         let single = |z: Complex64| Complex32::new(z.re as f32, z.im as f32);
         let turning = cascade.modes.iter().map(|mode| TurningMode {
             forward: single(mode.forward),
@@ -31,33 +33,57 @@ impl EvolveTable {
             cycles: mode.cycles,
             offset: mode.offset,
         });
-        let factors = Field::SPECTRAL.map(|field| {
+        let factors = std::array::from_fn(|field| {
             let factor = |(kx, kz, mode): (f64, f64, &crate::sea::Mode)| {
-                factor(field, kx, kz, choppiness * mode.widening) as f32
+                factor(Field::SPECTRAL[field], kx, kz, choppiness * mode.widening) as f32
             };
             cascade.with_wave_vectors().map(factor).collect()
         });
-        Self { modes: turning.collect(), factors }
+        let omegas = cascade.modes.iter().map(|mode| mode.omega(repeat) as f32).collect();
+        Self { modes: turning.collect(), omegas, factors }
     }
 
-    /// h(k, t) of every mode at a turn of the repeat period.
+    /// h(k, t) of every mode at a turn of the repeat period, metres.
     pub fn heights(&self, turn: u32, heights: &mut [Complex32]) {
-        const Q24: f32 = 1.0 / 16_777_216.0;
         for (height, mode) in heights.iter_mut().zip(&self.modes) {
-            let phase = mode.cycles.wrapping_mul(turn).wrapping_add(mode.offset);
-            let (cos, sin) = cos_sin_q24(phase);
-            let (c, s) = (cos as f32 * Q24, sin as f32 * Q24);
+            let (c, s) = mode.cos_sin(turn);
             let (a, b) = (mode.forward, mode.backward);
             *height = Complex32::new((a.re + b.re) * c + (a.im - b.im) * s, (a.im + b.im) * c + (b.re - a.re) * s);
         }
     }
 
-    /// Factor of each mode for a spectral field, and whether it stands beside an i.
+    /// dh/dt of every mode, m/s: -i w times the part that travels along +k, +i w times the other.
+    pub fn rates(&self, turn: u32, rates: &mut [Complex32]) {
+        for ((rate, mode), omega) in rates.iter_mut().zip(&self.modes).zip(&self.omegas) {
+            let (c, s) = mode.cos_sin(turn);
+            let (a, b) = (mode.forward, mode.backward);
+            let (re, im) = ((a.re - b.re) * c + (a.im + b.im) * s, (a.im - b.im) * c - (a.re + b.re) * s);
+            *rate = Complex32::new(omega * im, -omega * re);
+        }
+    }
+
+    /// Factor of each mode for a spectral field, and whether it stands beside an i. A velocity is the rate of what
+    /// moves: its factor is that of the displacement.
     ///
     /// # Panics
     /// If `field` is not spectral.
     pub fn factors(&self, field: Field) -> (&[f32], bool) {
-        (&self.factors[field as usize], is_odd(field))
+        let moves = match field {
+            Field::VelocityX => Field::Dx,
+            Field::VelocityY => Field::Height,
+            Field::VelocityZ => Field::Dz,
+            field => field,
+        };
+        (&self.factors[moves as usize], is_odd(moves))
+    }
+}
+
+impl TurningMode {
+    #[inline]
+    fn cos_sin(&self, turn: u32) -> (f32, f32) {
+        const Q24: f32 = 1.0 / 16_777_216.0;
+        let (cos, sin) = cos_sin_q24(self.cycles.wrapping_mul(turn).wrapping_add(self.offset));
+        (cos as f32 * Q24, sin as f32 * Q24)
     }
 }
 
@@ -83,6 +109,6 @@ fn factor(field: Field, kx: f64, kz: f64, chop: f64) -> f64 {
         Field::Dxx => -chop * kx * kx / k,
         Field::Dzz => -chop * kz * kz / k,
         Field::Dxz => -chop * kx * kz / k,
-        Field::Jacobian | Field::Foam => 0.0,
+        _ => 0.0,
     }
 }

@@ -20,15 +20,27 @@ pub enum Field {
     Dzz,
     /// d Dx / dz, which equals d Dz / dx.
     Dxz,
+    /// Velocity of the water particle along x, m/s: the rate of Dx.
+    VelocityX,
+    /// Velocity of the water particle upward, m/s.
+    VelocityY,
+    /// Velocity of the water particle along z, m/s.
+    VelocityZ,
     /// Determinant of the horizontal mapping of this cascade alone; negative where it folds.
     Jacobian,
+    /// Smaller eigenvalue of that mapping: how far it is squeezed across the crests; 0 and below where it folds.
+    Eigenvalue,
+    /// Slope along x of this cascade's displaced surface, as seen from the world, by the scene's way of normals.
+    NormalX,
+    /// The same along z.
+    NormalZ,
     /// Foam of this cascade, 0 to 1.
     Foam,
 }
 
 impl Field {
     /// Every field, in order.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 16] = [
         Self::Height,
         Self::Dx,
         Self::Dz,
@@ -37,17 +49,37 @@ impl Field {
         Self::Dxx,
         Self::Dzz,
         Self::Dxz,
+        Self::VelocityX,
+        Self::VelocityY,
+        Self::VelocityZ,
         Self::Jacobian,
+        Self::Eigenvalue,
+        Self::NormalX,
+        Self::NormalZ,
         Self::Foam,
     ];
 
     /// Those that come out of a transform, in order.
-    pub const SPECTRAL: [Self; 8] =
-        [Self::Height, Self::Dx, Self::Dz, Self::SlopeX, Self::SlopeZ, Self::Dxx, Self::Dzz, Self::Dxz];
+    pub const SPECTRAL: [Self; 11] = [
+        Self::Height,
+        Self::Dx,
+        Self::Dz,
+        Self::SlopeX,
+        Self::SlopeZ,
+        Self::Dxx,
+        Self::Dzz,
+        Self::Dxz,
+        Self::VelocityX,
+        Self::VelocityY,
+        Self::VelocityZ,
+    ];
 
     /// Name in exports and metrics.
     pub fn name(self) -> &'static str {
-        ["height", "dx", "dz", "slope_x", "slope_z", "dxx", "dzz", "dxz", "jacobian", "foam"][self as usize]
+        [
+            "height", "dx", "dz", "slope_x", "slope_z", "dxx", "dzz", "dxz", "velocity_x", "velocity_y", "velocity_z",
+            "jacobian", "eigenvalue", "normal_x", "normal_z", "foam",
+        ][self as usize]
     }
 }
 
@@ -58,16 +90,23 @@ pub struct FieldSet(u16);
 impl FieldSet {
     /// No field.
     pub const NONE: Self = Self(0);
-    /// The eight that come out of a transform.
-    pub const SPECTRAL: Self = Self(0xff);
+    /// Those that come out of a transform.
+    pub const SPECTRAL: Self = Self(0x7ff);
     /// Derivatives of the horizontal displacement.
     pub const DERIVATIVES: Self = Self(0b1110_0000);
     /// Everything that choppiness makes.
-    pub const SIDEWAYS: Self = Self(0b1110_0110);
+    pub const SIDEWAYS: Self = Self(0b101_1110_0110);
+    /// Velocity of the water.
+    pub const VELOCITY: Self = Self(0b111_0000_0000);
 
     /// The set of these fields.
-    pub fn of(fields: &[Field]) -> Self {
-        fields.iter().fold(Self::NONE, |set, field| set.with(*field))
+    pub const fn of(fields: &[Field]) -> Self {
+        let (mut bits, mut i) = (0, 0);
+        while i < fields.len() {
+            bits |= 1 << fields[i] as u8;
+            i += 1;
+        }
+        Self(bits)
     }
 
     /// This set and `field`.

@@ -10,10 +10,8 @@ use rustfft::num_complex::Complex64;
 /// Everything of the water particle that rests at one point, summed over the given cascades.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Point {
-    /// Spectral fields in the order of [`Field`]: height, dx, dz, slopes, derivatives.
-    pub fields: [f64; 8],
-    /// Velocity of the particle (x, y, z), m/s.
-    pub velocity: [f64; 3],
+    /// Spectral fields in the order of [`Field`]: height, dx, dz, slopes, derivatives, velocity.
+    pub fields: [f64; 11],
 }
 
 /// Angle in turns that a mode has made at a tick: exactly M tick / P, and its offset.
@@ -50,7 +48,17 @@ pub(super) fn operator(field: Field, kx: f64, kz: f64, chop: f64) -> Complex64 {
         Field::Dxx => along_x * dx,
         Field::Dzz => along_z * dz,
         Field::Dxz => along_z * dx,
-        Field::Jacobian | Field::Foam => Complex64::ZERO,
+        _ => Complex64::ZERO,
+    }
+}
+
+/// The moving field whose rate a velocity is; `None` for a field that is no velocity.
+pub(super) fn rate_of(field: Field) -> Option<Field> {
+    match field {
+        Field::VelocityX => Some(Field::Dx),
+        Field::VelocityY => Some(Field::Height),
+        Field::VelocityZ => Some(Field::Dz),
+        _ => None,
     }
 }
 
@@ -66,10 +74,8 @@ pub fn at(sea: &Sea, cascades: &[CascadeModes], tick: i64, x0: f64, z0: f64) -> 
             let (h, rate) = height(mode, tick, sea.repeat);
             let chop = sea.choppiness * mode.widening;
             for (value, field) in point.fields.iter_mut().zip(Field::SPECTRAL) {
-                *value += (operator(field, kx, kz, chop) * h * wave).re;
-            }
-            for (value, field) in point.velocity.iter_mut().zip([Field::Dx, Field::Height, Field::Dz]) {
-                *value += (operator(field, kx, kz, chop) * rate * wave).re;
+                let (moves, source) = rate_of(field).map_or((field, h), |moves| (moves, rate));
+                *value += (operator(moves, kx, kz, chop) * source * wave).re;
             }
         }
     }

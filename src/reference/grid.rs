@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 
-use super::direct::{height, operator};
+use super::direct::{height, operator, rate_of};
 use crate::plan::Field;
 use crate::sea::Sea;
 
@@ -13,7 +13,7 @@ use crate::sea::Sea;
 pub fn fields(sea: &Sea, cascade: usize, tick: i64, wanted: &[Field]) -> Vec<Vec<f64>> {
     let modes = &sea.cascades[cascade];
     let (n, rows, half) = (modes.cascade.n, modes.rows(), modes.cascade.half);
-    let heights: Vec<Complex64> = modes.modes.iter().map(|mode| height(mode, tick, sea.repeat).0).collect();
+    let moving: Vec<(Complex64, Complex64)> = modes.modes.iter().map(|mode| height(mode, tick, sea.repeat)).collect();
     // e^{2 pi i j / n}: every angle that occurs is one of these.
     let unit: Vec<Complex64> = (0..n)
         .map(|j| {
@@ -22,8 +22,11 @@ pub fn fields(sea: &Sea, cascade: usize, tick: i64, wanted: &[Field]) -> Vec<Vec
         })
         .collect();
     let one = |field: Field| {
-        let coefficients: Vec<Complex64> = (modes.with_wave_vectors().zip(&heights))
-            .map(|((kx, kz, mode), h)| operator(field, kx, kz, sea.choppiness * mode.widening) * h)
+        let coefficients: Vec<Complex64> = (modes.with_wave_vectors().zip(&moving))
+            .map(|((kx, kz, mode), (h, rate))| {
+                let (moves, source) = rate_of(field).map_or((field, h), |moves| (moves, rate));
+                operator(moves, kx, kz, sea.choppiness * mode.widening) * source
+            })
             .collect();
         let row = |z: usize| {
             let column = |nx: usize| -> Complex64 {

@@ -56,7 +56,7 @@ pub fn probe(sea: &Sea, tick: i64, x: f64, z: f64) -> Probe {
                 z,
                 height: field(Field::Height),
                 normal: normal.map(|v| v / length.max(f64::MIN_POSITIVE)),
-                velocity: point.velocity,
+                velocity: [Field::VelocityX, Field::VelocityY, Field::VelocityZ].map(field),
                 jacobian,
                 folded: jacobian <= 0.0,
                 rest: [x0, z0],

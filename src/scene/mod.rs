@@ -6,10 +6,12 @@
 mod amplitudes;
 mod bound;
 mod change;
+mod effects;
 mod fade;
 mod file;
 mod foam;
 mod measured;
+mod model;
 mod ndbc;
 mod preset;
 mod promise;
@@ -24,17 +26,19 @@ mod wind;
 pub use amplitudes::{Amplitudes, Distribution};
 pub use bound::SceneError;
 pub use change::{Change, ChangeKind, MAX_TRANSITION_TICKS};
+pub use effects::{Detail, Effects, Normals};
 pub use fade::{CrossFade, KEEP_TICKS};
-pub use file::{CascadesFile, EffectsFile, MeasuredFile, ReplayFile, SceneFile, WaterFile, WindFile};
+pub use file::{CascadesFile, EffectsFile, MeasuredFile, ReplayFile, SceneFile, TrochoidFile, WaterFile, WindFile};
 pub use foam::Foam;
 pub use measured::{DirectionMethod, MeasuredBin, MeasuredSpectrum, Spread};
+pub use model::{Model, Trochoid};
 pub use ndbc::{NdbcError, NdbcStation};
 pub use preset::{PRESETS, preset};
 pub use promise::{Promise, WMO_UPPER_HS_M, wmo_sea_state};
 pub use replay::Replay;
 pub use sea_state::SeaState;
 pub use spreading::{Spreading, SpreadingForm};
-pub use surface::{CascadeRequest, Effects, Patch, Repeat};
+pub use surface::{CascadeRequest, Patch, Repeat};
 pub use swell::{Swell, SwellModel};
 pub use water::{DispersionLaw, Water};
 pub use wind::{DepthCorrection, WindModel, WindSea};
@@ -60,8 +64,12 @@ pub struct Scene {
     pub wind_range_mps: Option<[f64; 2]>,
     /// How the sea is cut into cascades.
     pub cascades: CascadeRequest,
+    /// What its modes are summed by.
+    pub model: Model,
     /// What is computed.
     pub effects: Effects,
+    /// How fine and how often it can be had, where not as fine and often as any.
+    pub detail: Vec<Detail>,
     /// After how long the sea repeats exactly.
     pub repeat: Repeat,
 }

@@ -1,6 +1,4 @@
-//! How the sea is cut into cascades, what is computed of it, and when it repeats.
-
-use super::Foam;
+//! How the sea is cut into cascades, and when it repeats.
 
 /// Side and grid of one periodic patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,15 +45,6 @@ impl CascadeRequest {
         let side = band_limit * n as f64 + 1.0;
         side * side
     }
-}
-
-/// What is computed of the sea.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Effects {
-    /// Horizontal displacement: 0 none, 1 first-order Lagrangian.
-    pub choppiness: f64,
-    /// Foam, or none.
-    pub foam: Option<Foam>,
 }
 
 /// The period after which the sea is exactly the same again.

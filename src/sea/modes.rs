@@ -1,8 +1,12 @@
 //! The sea of one tick as a backend wants it: per mode two amplitudes, an integer frequency and a phase offset.
 
+use std::f64::consts::PI;
+
 use rustfft::num_complex::Complex64;
 
 use super::layout::Cascade;
+use crate::scene::Model;
+use crate::wire::TICKS_PER_SECOND;
 
 /// One wave vector (n, m) and its opposite.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +21,13 @@ pub struct Mode {
     pub offset: u32,
     /// Ratio of horizontal to vertical orbit: coth(k d), at most 3.
     pub widening: f64,
+}
+
+impl Mode {
+    /// Angular frequency, rad/s, of a sea that repeats after so many ticks.
+    pub fn omega(&self, repeat: u64) -> f64 {
+        2.0 * PI * TICKS_PER_SECOND as f64 * f64::from(self.cycles) / repeat as f64
+    }
 }
 
 /// Modes of one cascade with n from 0 to half; those with n < 0 are their complex conjugates.
@@ -39,6 +50,10 @@ pub struct Sea {
     pub repeat: u64,
     /// Horizontal displacement, as a multiple of first-order Lagrangian.
     pub choppiness: f64,
+    /// What the modes are summed by.
+    pub model: Model,
+    /// Decides what is random beside the modes.
+    pub seed: u64,
 }
 
 impl CascadeModes {

@@ -188,6 +188,8 @@ impl Timeline {
             cascades: self.eras.iter().flat_map(|era| era.at(&self.stages, tick, repeat)).collect(),
             repeat,
             choppiness: self.scene.effects.choppiness,
+            model: self.scene.model,
+            seed: self.scene.seed,
         }
     }
 

@@ -34,7 +34,7 @@ pub fn hello(timeline: &Timeline, epoch: Epoch, sequence: u64, tick: i64, live_u
         choppiness: scene.effects.choppiness,
         rates_hz: RATES_HZ.to_vec(),
         classes: Hello::all_classes(),
-        groups: Hello::all_groups(),
+        groups: Hello::groups(|group| scene.effects.has(group)),
         foam_step_ticks: Foam::STEP_TICKS,
         limits: Limits {
             message_bytes: MAX_MESSAGE_BYTES as u32,

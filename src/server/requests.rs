@@ -34,8 +34,11 @@ pub fn check(subscribe: &Subscribe, timeline: &Timeline, tick: i64) -> Result<Ve
             let below = format!("below {}", levels(&life.cascade));
             return Err(invalid(format!("units[{index}].level"), unit.level, &below));
         }
-        if unit.group == Group::Foam && timeline.scene().effects.foam.is_none() {
-            return Err(invalid(format!("units[{index}].group"), "foam", "another group: this scene has no foam"));
+        if !timeline.scene().effects.has(unit.group) {
+            let all = Group::ALL.into_iter().filter(|group| timeline.scene().effects.has(*group));
+            let had: Vec<&str> = all.map(Group::name).collect();
+            let bound = format!("one that this scene has: {}", had.join(", "));
+            return Err(invalid(format!("units[{index}].group"), unit.group.name(), &bound));
         }
         if !life.is_over(tick) {
             units.push(*unit);

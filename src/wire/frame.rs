@@ -109,7 +109,7 @@ impl FrameHeader {
         must(usize::from(self.tile_x) < level_n / n, "tile_x", self.tile_x, "below level_n / n")?;
         must(usize::from(self.tile_z) < level_n / n, "tile_z", self.tile_z, "below level_n / n")?;
         let Some(group) = Group::from_id(self.group) else {
-            return must(false, "group", self.group, "0 to 3");
+            return must(false, "group", self.group, "0 to 8");
         };
         let channels = group.channels().len();
         must(usize::from(self.channels) == channels, "channels", self.channels, channels)?;

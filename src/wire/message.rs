@@ -126,6 +126,9 @@ pub struct ClassInfo {
     /// Largest error of foam.
     #[serde(deserialize_with = "finite")]
     pub foam: f32,
+    /// Largest error of velocity, m/s.
+    #[serde(deserialize_with = "finite")]
+    pub velocity_mps: f32,
 }
 
 /// Reads an f32, which makes an infinity of a number beyond it.
@@ -184,14 +187,15 @@ impl Hello {
             displacement_m: name.max_error(Group::Displacement),
             slope: name.max_error(Group::Slopes),
             foam: name.max_error(Group::Foam),
+            velocity_mps: name.max_error(Group::Velocity),
         };
         ErrorClass::ALL.map(of).to_vec()
     }
 
-    /// The table of groups, for `groups`.
-    pub fn all_groups() -> Vec<GroupInfo> {
+    /// The table of those groups that `has` names, for `groups`.
+    pub fn groups(has: impl Fn(Group) -> bool) -> Vec<GroupInfo> {
         let of = |name: Group| GroupInfo { name, channels: name.channels().iter().map(|c| (*c).to_owned()).collect() };
-        Group::ALL.map(of).to_vec()
+        Group::ALL.into_iter().filter(|group| has(*group)).map(of).collect()
     }
 }
 

@@ -54,11 +54,17 @@ impl ErrorClass {
         ["0.5mm", "1mm", "5mm", "20mm"][self as usize]
     }
 
-    /// Guaranteed largest error of a channel of `group`: metres for displacement, else of the number itself.
+    /// Guaranteed largest error of a channel of `group`: metres for displacement and height, m/s for velocity, else of
+    /// the number itself.
     pub fn max_error(self, group: Group) -> f32 {
         let row: [f32; 4] = match group {
-            Group::Displacement => [0.0005, 0.001, 0.005, 0.02],
-            Group::Slopes | Group::Derivatives => [0.001, 0.002, 0.005, 0.02],
+            Group::Displacement | Group::Height => [0.0005, 0.001, 0.005, 0.02],
+            Group::Slopes
+            | Group::Derivatives
+            | Group::Velocity
+            | Group::Jacobian
+            | Group::Stretch
+            | Group::Normals => [0.001, 0.002, 0.005, 0.02],
             Group::Foam => [0.002, 0.004, 0.01, 0.04],
         };
         row[self as usize]
@@ -77,11 +83,31 @@ pub enum Group {
     Derivatives,
     /// Foam, 0 to 1.
     Foam,
+    /// `height` alone, metres.
+    Height,
+    /// Velocity of the water particle, m/s: `velocity_x`, `velocity_y`, `velocity_z`.
+    Velocity,
+    /// `jacobian` and `eigenvalue` of the horizontal mapping of the cascade alone.
+    Jacobian,
+    /// Diagonal derivatives of the horizontal displacement: `dxx`, `dzz`.
+    Stretch,
+    /// Slopes of the cascade's displaced surface as seen from the world, in the scene's way: `normal_x`, `normal_z`.
+    Normals,
 }
 
 impl Group {
     /// All groups; the index is the wire's id.
-    pub const ALL: [Self; 4] = [Self::Displacement, Self::Slopes, Self::Derivatives, Self::Foam];
+    pub const ALL: [Self; 9] = [
+        Self::Displacement,
+        Self::Slopes,
+        Self::Derivatives,
+        Self::Foam,
+        Self::Height,
+        Self::Velocity,
+        Self::Jacobian,
+        Self::Stretch,
+        Self::Normals,
+    ];
 
     /// The wire's number for this group.
     pub fn id(self) -> u8 {
@@ -95,7 +121,17 @@ impl Group {
 
     /// The name used in messages.
     pub fn name(self) -> &'static str {
-        ["displacement", "slopes", "derivatives", "foam"][self as usize]
+        [
+            "displacement",
+            "slopes",
+            "derivatives",
+            "foam",
+            "height",
+            "velocity",
+            "jacobian",
+            "stretch",
+            "normals",
+        ][self as usize]
     }
 
     /// Names of the channels, in the order of their planes.
@@ -105,6 +141,11 @@ impl Group {
             Self::Slopes => &["slope_x", "slope_z"],
             Self::Derivatives => &["dxx", "dzz", "dxz"],
             Self::Foam => &["foam"],
+            Self::Height => &["height"],
+            Self::Velocity => &["velocity_x", "velocity_y", "velocity_z"],
+            Self::Jacobian => &["jacobian", "eigenvalue"],
+            Self::Stretch => &["dxx", "dzz"],
+            Self::Normals => &["normal_x", "normal_z"],
         }
     }
 }

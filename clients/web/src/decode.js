@@ -5,8 +5,8 @@ import { crc32 } from './crc32.js';
 
 export const HEADER_BYTES = 88;
 export const CLASSES = ['0.5mm', '1mm', '5mm', '20mm'];
-export const GROUPS = ['displacement', 'slopes', 'derivatives', 'foam'];
-export const GROUP_CHANNELS = [3, 2, 3, 1];
+export const GROUPS = ['displacement', 'slopes', 'derivatives', 'foam', 'height', 'velocity', 'jacobian', 'stretch', 'normals'];
+export const GROUP_CHANNELS = [3, 2, 3, 1, 1, 3, 2, 2, 2];
 export const FLAG_KEY = 1;
 export const FLAG_SATURATED = 2;
 

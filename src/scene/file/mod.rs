@@ -1,6 +1,7 @@
 //! The form of a scene that people write (TOML) and send (JSON), and the check that makes it a [`Scene`].
 
 mod cascades;
+mod effects;
 mod measured;
 mod write;
 
@@ -10,11 +11,13 @@ use serde::{Deserialize, Serialize};
 
 use super::bound::{SceneError, within};
 use super::{
-    Amplitudes, DepthCorrection, DispersionLaw, Effects, Foam, Promise, Repeat, Scene, SeaState, Spreading,
-    SpreadingForm, Swell, Water, WindModel, WindSea,
+    Amplitudes, DepthCorrection, Detail, DispersionLaw, Promise, Repeat, Scene, SeaState, Spreading, SpreadingForm,
+    Swell, Water, WindModel, WindSea,
 };
+use effects::ModelName;
 
 pub use cascades::CascadesFile;
+pub use effects::{EffectsFile, TrochoidFile};
 pub use measured::{MeasuredFile, ReplayFile};
 
 /// Most systems given by height and period.
@@ -30,6 +33,7 @@ pub struct SceneFile {
     pub name: String,
     pub title: String,
     pub seed: u64,
+    pub model: ModelName,
     /// Length in seconds of a loop that closes exactly; absent: the sea repeats after 6.9 days.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loop_s: Option<f64>,
@@ -44,7 +48,10 @@ pub struct SceneFile {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured: Option<MeasuredFile>,
     pub cascades: CascadesFile,
+    pub trochoid: TrochoidFile,
     pub effects: EffectsFile,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub detail: Vec<Detail>,
 }
 
 /// `[water]`
@@ -84,18 +91,6 @@ pub struct WindFile {
     pub range_mps: [f64; 2],
 }
 
-/// `[effects]`
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-#[allow(missing_docs)]
-pub struct EffectsFile {
-    pub choppiness: f64,
-    pub foam: bool,
-    pub foam_growth_s: f64,
-    pub foam_decay_s: f64,
-    pub foam_gain: f64,
-}
-
 impl Default for SceneFile {
     fn default() -> Self {
         Self {
@@ -110,7 +105,10 @@ impl Default for SceneFile {
             swell: Vec::new(),
             measured: None,
             cascades: CascadesFile::default(),
+            model: ModelName::default(),
+            trochoid: TrochoidFile::default(),
             effects: EffectsFile::default(),
+            detail: Vec::new(),
         }
     }
 }
@@ -144,19 +142,6 @@ impl Default for WindFile {
             spreading: None,
             swell: wind.swell,
             range_mps: [2.0, 20.0],
-        }
-    }
-}
-
-impl Default for EffectsFile {
-    fn default() -> Self {
-        let foam = Foam::default();
-        Self {
-            choppiness: 1.0,
-            foam: true,
-            foam_growth_s: foam.growth_s,
-            foam_decay_s: foam.decay_s,
-            foam_gain: foam.gain,
         }
     }
 }
@@ -214,7 +199,9 @@ impl SceneFile {
             replay: replay.flatten(),
             wind_range_mps,
             cascades,
+            model: self.model.check(&self.trochoid)?,
             effects: self.effects.check()?,
+            detail: Detail::check(self.detail)?,
             repeat: repeat(self.loop_s)?,
         })
     }
@@ -264,15 +251,5 @@ impl WindFile {
             swell: self.swell,
         }
         .check()
-    }
-}
-
-impl EffectsFile {
-    fn check(&self) -> Result<Effects, SceneError> {
-        let foam = Foam { growth_s: self.foam_growth_s, decay_s: self.foam_decay_s, gain: self.foam_gain }.check()?;
-        Ok(Effects {
-            choppiness: within("effects.choppiness", self.choppiness, 0.0, 5.0)?,
-            foam: self.foam.then_some(foam),
-        })
     }
 }

@@ -1,7 +1,8 @@
 //! A checked scene back in the form that people write and send.
 
-use super::{CascadesFile, EffectsFile, MeasuredFile, ReplayFile, SceneFile, WaterFile, WindFile};
-use crate::scene::{CascadeRequest, MeasuredBin, MeasuredSpectrum, Repeat, Scene};
+use super::effects::ModelName;
+use super::{CascadesFile, EffectsFile, MeasuredFile, ReplayFile, SceneFile, TrochoidFile, WaterFile, WindFile};
+use crate::scene::{CascadeRequest, MeasuredBin, MeasuredSpectrum, Model, Repeat, Scene};
 
 impl From<&CascadeRequest> for CascadesFile {
     fn from(request: &CascadeRequest) -> Self {
@@ -25,7 +26,6 @@ impl From<&CascadeRequest> for CascadesFile {
 impl From<&Scene> for SceneFile {
     /// The file that checks to this very scene; a measured record stands in it as numbers.
     fn from(scene: &Scene) -> Self {
-        let foam = scene.effects.foam.unwrap_or_default();
         let row = |bin: &MeasuredBin| match bin.direction {
             Some(s) => vec![bin.frequency_hz, bin.density, s.alpha1_deg, s.alpha2_deg, s.r1, s.r2],
             None => vec![bin.frequency_hz, bin.density],
@@ -41,6 +41,10 @@ impl From<&Scene> for SceneFile {
             name: scene.name.clone(),
             title: scene.title.clone(),
             seed: scene.seed,
+            model: match scene.model {
+                Model::Fft => ModelName::Fft,
+                Model::Trochoid(_) => ModelName::Trochoid,
+            },
             loop_s: (scene.repeat != Repeat::default()).then(|| scene.repeat.ticks as f64 / 7200.0),
             promise: scene.promise,
             amplitudes: scene.amplitudes,
@@ -73,13 +77,12 @@ impl From<&Scene> for SceneFile {
                 ..MeasuredFile::default()
             }),
             cascades: CascadesFile::from(&scene.cascades),
-            effects: EffectsFile {
-                choppiness: scene.effects.choppiness,
-                foam: scene.effects.foam.is_some(),
-                foam_growth_s: foam.growth_s,
-                foam_decay_s: foam.decay_s,
-                foam_gain: foam.gain,
+            trochoid: match scene.model {
+                Model::Fft => TrochoidFile::default(),
+                Model::Trochoid(trochoid) => trochoid.into(),
             },
+            effects: EffectsFile::from(&scene.effects),
+            detail: scene.detail.clone(),
         }
     }
 }

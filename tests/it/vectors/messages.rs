@@ -76,7 +76,7 @@ pub fn from_server() -> Vec<(&'static str, ServerMessage)> {
         choppiness: 1.0,
         rates_hz: vec![15, 30, 60],
         classes: Hello::all_classes(),
-        groups: Hello::all_groups(),
+        groups: Hello::groups(|_| true),
         foam_step_ticks: 240,
         limits: Limits { message_bytes: MAX_MESSAGE_BYTES as u32, units: 32, live_units: 64 },
     };
