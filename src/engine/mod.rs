@@ -9,4 +9,4 @@ mod step;
 pub use clock::Clock;
 pub use run::{Counters, Engine, EngineSettings};
 pub use schedule::{RATES_HZ, interval_of_rate, lead_ticks};
-pub use step::{Batch, Demand, Stepper};
+pub use step::{Batch, Stepper, Work};
