@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::foam_track::FoamTrack;
 use crate::backend::{Backend, BackendError, CascadeSurface, Surface};
-use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, fields_of};
+use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, fields_of, levels_of};
 use crate::scene::Foam;
 use crate::sea::{Layout, Life, Timeline};
 use crate::tile::{EncodeError, Stamp, encode};
@@ -35,6 +35,13 @@ pub struct Work {
     pub transforms: u64,
     /// Samples of those fields.
     pub samples: u64,
+}
+
+impl Work {
+    fn of(plan: &Plan, layout: &Layout) -> Self {
+        let (transforms, samples) = plan.work(layout);
+        Self { transforms: transforms as u64, samples: samples as u64 }
+    }
 }
 
 impl AddAssign for Work {
@@ -147,7 +154,7 @@ impl Stepper {
             });
             plan.cascades.push(self.work(&life, foam_tick, [], work));
         }
-        self.work += work(&plan, timeline.layout());
+        self.work += Work::of(&plan, timeline.layout());
         self.backend.step(foam_tick, &plan)?;
         Ok(true)
     }
@@ -200,13 +207,12 @@ impl Stepper {
                 }
                 (work.advance || here.clone().any(|unit| unit.group == Group::Foam)).then_some(work)
             });
-            let waves = here.filter(|unit| unit.group != Group::Foam);
-            let levels = waves.map(|unit| (unit.level, FieldSet::of(fields_of(unit.group))));
+            let levels = levels_of(here);
             plan.cascades.push(self.work(&life, tick, levels, foam));
         }
         self.load(tick)?;
         let mut done = std::mem::take(&mut self.work);
-        done += work(&plan, timeline.layout());
+        done += Work::of(&plan, timeline.layout());
         let surface = self.backend.step(tick, &plan)?;
         let stamp = Stamp {
             tick: surface.tick,
@@ -249,18 +255,6 @@ impl Stepper {
         self.newest = self.newest.max(Some(tick));
         Ok(())
     }
-}
-
-/// Transforms that a plan takes on a layout.
-fn work(plan: &Plan, layout: &Layout) -> Work {
-    let mut done = Work::default();
-    for (plan, cascade) in plan.cascades.iter().zip(&layout.cascades) {
-        for level in &plan.levels {
-            let (n, _) = cascade.level(level.level);
-            done += Work { transforms: level.transforms() as u64, samples: (level.transforms() * n * n) as u64 };
-        }
-    }
-    done
 }
 
 /// Nothing where a field of the unit was not made (foam that is not warm).

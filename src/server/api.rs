@@ -17,7 +17,7 @@ use super::fields::read_body;
 use super::ocean::Ocean;
 use super::problem::Problem;
 use super::proposal::{Proposal, told};
-use super::{hello, metrics, upgrade, viewer};
+use super::{hello, metrics, plan, upgrade, viewer};
 use crate::scene::{CascadesFile, SceneFile};
 use crate::wire::TICKS_PER_SECOND;
 
@@ -40,6 +40,7 @@ pub fn router(ocean: Arc<Ocean>) -> Router {
         .route("/v1/scenes/{name}/layout", put(layout))
         .route("/v1/scenes/{name}/log", get(log))
         .route("/v1/scenes/{name}/statistics", get(statistics))
+        .route("/v1/scenes/{name}/plan", get(plan))
         .route("/v1/time", get(time))
         .route("/v1/stream", get(upgrade::stream))
         .route("/livez", get(async || text("alive\n")))
@@ -109,6 +110,13 @@ async fn scene(State(ocean): Served, name: Name) -> Result<Response, Problem> {
 async fn statistics(State(ocean): Served, name: Name) -> Result<Response, Problem> {
     served(&ocean, name)?;
     let (sequence, body) = ocean.statistics().await?;
+    Ok((tag(sequence), answer(StatusCode::OK, &body)).into_response())
+}
+
+/// What is computed now, and what it costs.
+async fn plan(State(ocean): Served, name: Name) -> Result<Response, Problem> {
+    served(&ocean, name)?;
+    let (sequence, body) = plan::plan(&ocean).await?;
     Ok((tag(sequence), answer(StatusCode::OK, &body)).into_response())
 }
 

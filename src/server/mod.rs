@@ -11,6 +11,7 @@ mod hello;
 mod listen;
 mod metrics;
 mod ocean;
+mod plan;
 mod problem;
 mod proposal;
 mod requests;

@@ -9,6 +9,7 @@ use tokio::task::spawn_blocking;
 use super::bulletin::Bulletin;
 use super::hello;
 use super::metrics::Metrics;
+use super::plan::Costs;
 use super::problem::Problem;
 use super::proposal::Gate;
 use super::ring::Ring;
@@ -34,6 +35,7 @@ pub struct Ocean {
     pub(super) bulletin: Arc<Bulletin>,
     pub(super) seats: Arc<Seats>,
     pub(super) metrics: Metrics,
+    pub(super) costs: Costs,
     /// Changes are decided one at a time.
     pub(super) gate: tokio::sync::Mutex<Gate>,
     current: RwLock<Current>,
@@ -115,6 +117,7 @@ impl Ocean {
             ring,
             bulletin,
             metrics: Metrics::default(),
+            costs: Costs::default(),
             gate: tokio::sync::Mutex::new(Gate::new(changes, build_us, tick)),
             current: RwLock::new(Current { sequence, timeline }),
             status: RwLock::new(status),
@@ -151,9 +154,9 @@ impl Ocean {
         self.clients.load(Relaxed)
     }
 
-    /// Units that are encoded now.
-    pub fn live_units(&self) -> usize {
-        self.wishes.lock().unwrap_or_else(PoisonError::into_inner).demand.len()
+    /// Units that are wanted now, and how often.
+    pub fn demand(&self) -> Demand {
+        self.wishes.lock().unwrap_or_else(PoisonError::into_inner).demand.clone()
     }
 
     /// Whether frames can be made.
