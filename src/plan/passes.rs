@@ -52,7 +52,8 @@ impl Listing {
     /// Of a demand on a layout.
     pub fn new(demand: &Demand, layout: &Layout, effects: &Effects) -> Self {
         let all = plan_at(demand, layout, effects, 0);
-        let passes = all.cascades.iter().zip(&layout.cascades).flat_map(|(plan, cascade)| lines(plan, cascade)).collect();
+        let passes =
+            all.cascades.iter().zip(&layout.cascades).flat_map(|(plan, cascade)| lines(plan, cascade)).collect();
         let (transforms, samples) = all.work(layout);
         // Frames of all rates and steps of foam come together again after so many ticks.
         const ROUND: i64 = 1440;

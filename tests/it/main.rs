@@ -5,6 +5,7 @@ mod changes;
 mod client;
 mod control;
 mod cpu;
+mod demand;
 mod engine;
 mod ensemble;
 mod foam;
