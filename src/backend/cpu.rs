@@ -145,13 +145,14 @@ impl CascadeEngine {
     }
 
     fn evolve(&mut self, turn: u32, plan: &CascadePlan) {
-        let transforms = || plan.levels.iter().flat_map(|level| &level.transforms);
-        let rates = |packing: &&Packing| is_velocity(**packing);
-        if transforms().any(|packing| !is_velocity(*packing)) {
-            self.table.heights(turn, &mut self.heights);
+        let mut transforms = plan.levels.iter().flat_map(|level| &level.transforms).copied().peekable();
+        if transforms.peek().is_none() {
+            return;
         }
-        if transforms().find(rates).is_some() {
-            self.table.rates(turn, &mut self.rates);
+        if transforms.any(is_velocity) {
+            self.table.heights_and_rates(turn, &mut self.heights, &mut self.rates);
+        } else {
+            self.table.heights(turn, &mut self.heights);
         }
     }
 

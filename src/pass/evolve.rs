@@ -35,6 +35,13 @@ pub struct Amplitudes {
     pub im: Vec<f32>,
 }
 
+impl Amplitudes {
+    fn resize(&mut self, modes: usize) {
+        self.re.resize(modes, 0.0);
+        self.im.resize(modes, 0.0);
+    }
+}
+
 impl EvolveTable {
     /// Rounds a cascade's modes to f32. `choppiness` goes into every sideways field.
     pub fn new(cascade: &CascadeModes, choppiness: f64, repeat: u64) -> Self {
@@ -63,37 +70,46 @@ impl EvolveTable {
 
     /// h(k, t) of every mode at a turn of the repeat period, metres.
     pub fn heights(&self, turn: u32, heights: &mut Amplitudes) {
-        self.turned(turn, heights, |[p, q, r, t], _, c, s| (p * c + q * s, r * c + t * s));
-    }
-
-    /// dh/dt of every mode, m/s.
-    pub fn rates(&self, turn: u32, rates: &mut Amplitudes) {
-        self.turned(turn, rates, |[p, q, r, t], omega, c, s| (omega * (q * c - p * s), omega * (t * c - r * s)));
-    }
-
-    fn turned(
-        &self,
-        turn: u32,
-        amplitudes: &mut Amplitudes,
-        at: impl Fn([f32; 4], f32, f32, f32) -> (f32, f32) + Sync,
-    ) {
-        const Q24: f32 = 1.0 / 16_777_216.0;
         let modes = self.p.len();
-        amplitudes.re.resize(modes, 0.0);
-        amplitudes.im.resize(modes, 0.0);
-        let parts = amplitudes.re.par_chunks_mut(PART).zip(amplitudes.im.par_chunks_mut(PART)).enumerate();
+        heights.resize(modes);
+        let parts = heights.re.par_chunks_mut(PART).zip(heights.im.par_chunks_mut(PART)).enumerate();
         parts.for_each(|(part, (re, im))| {
-            let here = part * PART..part * PART + re.len();
-            let (p, q, r, t) =
-                (&self.p[here.clone()], &self.q[here.clone()], &self.r[here.clone()], &self.t[here.clone()]);
-            let (cycles, offsets) = (&self.cycles[here.clone()], &self.offsets[here.clone()]);
-            let omegas = &self.omegas[here];
-            let im = &mut im[..re.len()];
-            for i in 0..re.len() {
-                let (cos, sin) = cos_sin_q24(cycles[i].wrapping_mul(turn).wrapping_add(offsets[i]));
-                (re[i], im[i]) = at([p[i], q[i], r[i], t[i]], omegas[i], cos as f32 * Q24, sin as f32 * Q24);
+            for (i, (re, im)) in re.iter_mut().zip(im).enumerate() {
+                (*re, *im) = self.height(part * PART + i, self.cos_sin(part * PART + i, turn));
             }
         });
+    }
+
+    /// The same, and dh/dt of every mode, m/s.
+    pub fn heights_and_rates(&self, turn: u32, heights: &mut Amplitudes, rates: &mut Amplitudes) {
+        let modes = self.p.len();
+        heights.resize(modes);
+        rates.resize(modes);
+        let heights = heights.re.par_chunks_mut(PART).zip(heights.im.par_chunks_mut(PART));
+        let rates = rates.re.par_chunks_mut(PART).zip(rates.im.par_chunks_mut(PART));
+        heights.zip(rates).enumerate().for_each(|(part, ((re, im), (rate_re, rate_im)))| {
+            let places = re.iter_mut().zip(im).zip(rate_re.iter_mut().zip(rate_im)).enumerate();
+            for (i, ((re, im), (rate_re, rate_im))) in places {
+                let i = part * PART + i;
+                let (c, s) = self.cos_sin(i, turn);
+                (*re, *im) = self.height(i, (c, s));
+                let omega = self.omegas[i];
+                *rate_re = omega * (self.q[i] * c - self.p[i] * s);
+                *rate_im = omega * (self.t[i] * c - self.r[i] * s);
+            }
+        });
+    }
+
+    #[inline(always)]
+    fn cos_sin(&self, i: usize, turn: u32) -> (f32, f32) {
+        const Q24: f32 = 1.0 / 16_777_216.0;
+        let (cos, sin) = cos_sin_q24(self.cycles[i].wrapping_mul(turn).wrapping_add(self.offsets[i]));
+        (cos as f32 * Q24, sin as f32 * Q24)
+    }
+
+    #[inline(always)]
+    fn height(&self, i: usize, (c, s): (f32, f32)) -> (f32, f32) {
+        (self.p[i] * c + self.q[i] * s, self.r[i] * c + self.t[i] * s)
     }
 
     /// The modes of column n, m = -half..=half, that a grid of `half` holds: amplitudes and what makes other fields
