@@ -25,5 +25,6 @@ mod stability;
 mod statistics;
 mod streaming;
 mod support;
+mod trochoid;
 mod vectors;
 mod wire;
