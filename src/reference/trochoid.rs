@@ -90,8 +90,9 @@ pub fn noise(
         let (x, z) = (drifted(x, octave.drift[0]), drifted(z, octave.drift[1]));
         let within = i128::from(tick).rem_euclid(i128::from(repeat)) as f64;
         let moment = within / repeat as f64 * f64::from(octave.changes);
+        let f = if octave.changes == 1 { 0.0 } else { fade(moment.fract()) };
         let mut value = 0.0;
-        for (later, weight) in [(0, 1.0 - fade(moment.fract())), (1, fade(moment.fract()))] {
+        for (later, weight) in [(0, 1.0 - f), (1, f)] {
             let key = octave.key(seed, cascade, (moment.floor() as u32 + later) % octave.changes);
             for (right, down) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                 let (column, row) = (x.floor() as u32 + right, z.floor() as u32 + down);
@@ -102,7 +103,6 @@ pub fn noise(
                 value += weight * window * (libm::cos(angle) * dx + libm::sin(angle) * dz);
             }
         }
-        let f = fade(moment.fract());
         sum += octave.amplitude * value / libm::sqrt((1.0 - f) * (1.0 - f) + f * f);
     }
     sum

@@ -49,12 +49,11 @@ impl Octave {
 
     /// Share of its energy that a grid of so many samples a side of the patch folds back.
     pub fn folded(&self, samples: f64) -> f64 {
-        let place = std::f64::consts::PI * samples / f64::from(self.cells) / STEP;
         let table = kernel();
         let last = &table[ENTRIES - 1];
-        let below = table.get(place as usize).unwrap_or(last);
+        let place = (std::f64::consts::PI * samples / f64::from(self.cells) / STEP).min((ENTRIES - 1) as f64);
+        let (below, share) = (&table[place as usize], place.fract());
         let next = table.get(place as usize + 1).unwrap_or(last);
-        let share = place.fract();
         let inside = |part: fn(&Kernel) -> f64| (part(below) + share * (part(next) - part(below))) / part(last);
         (1.0 - inside(|kernel| kernel.even_below) * inside(|kernel| kernel.odd_below)).max(0.0)
     }

@@ -33,9 +33,8 @@ const FADING: f64 = 0.2;
 const DROPPED: f64 = 0.4;
 /// Fields that the slopes give.
 const SLOPES: FieldSet = FieldSet::of(&[Field::SlopeX, Field::SlopeZ, Field::NormalX, Field::NormalZ]);
-/// Fields that need the orbits.
-const ORBITS: FieldSet =
-    FieldSet::of(&[Field::VelocityX, Field::VelocityY, Field::VelocityZ, Field::Jacobian, Field::Eigenvalue]);
+/// Fields that the strain of the orbits gives.
+const STRAINS: FieldSet = FieldSet::of(&[Field::Jacobian, Field::Eigenvalue]);
 
 /// One cascade of a sea, ready to be evaluated at any tick and place.
 #[derive(Debug)]
@@ -91,9 +90,12 @@ impl Trochoids {
             planes[field as usize].resize(n * n, 0.0);
         }
         let grid = self.grid(tick, n);
-        if !fields.intersection(ORBITS).is_empty() {
+        let wanted = |set: FieldSet| !fields.intersection(set).is_empty();
+        if wanted(FieldSet::VELOCITY) {
             grid.fill::<SUMS>(fields, planes);
-        } else if !fields.intersection(SLOPES).is_empty() {
+        } else if wanted(STRAINS) {
+            grid.fill::<6>(fields, planes);
+        } else if wanted(SLOPES) {
             grid.fill::<3>(fields, planes);
         } else {
             grid.fill::<1>(fields, planes);

@@ -2,7 +2,9 @@
 
 use std::sync::OnceLock;
 
-use super::wave::{HEIGHT, Lanes, SLOPE_X, SLOPE_Z, STRAIN_XX, STRAIN_ZZ, SUMS, VELOCITY_X, VELOCITY_Y, VELOCITY_Z};
+use super::wave::{
+    HEIGHT, Lanes, SLOPE_X, SLOPE_Z, STRAIN_XX, STRAIN_XZ, STRAIN_ZZ, VELOCITY_X, VELOCITY_Y, VELOCITY_Z,
+};
 use crate::sea::{Octave, cos_sin_q24, lattice_direction};
 use crate::wire::TICKS_PER_SECOND;
 
@@ -84,7 +86,8 @@ impl Noise {
         let octave = &self.octave;
         let product = u64::from(turn) * u64::from(octave.changes);
         let (change, t) = ((product >> 32) as u32, product as u32 as f32 * (1.0 / 4_294_967_296.0));
-        let fade = t * t * t * (10.0 - t * (15.0 - 6.0 * t));
+        // One draw alone has nothing to become.
+        let fade = if octave.changes == 1 { 0.0 } else { t * t * t * (10.0 - t * (15.0 - 6.0 * t)) };
         let level = 1.0 / ((1.0 - fade) * (1.0 - fade) + fade * fade).sqrt();
         let key = |change| octave.key(self.seed, self.cascade, change);
         Moment {
@@ -135,19 +138,21 @@ impl Moment {
     fn add<const A: usize>(&self, j: usize, value: f32, dx: f32, dz: f32, sum: &mut [Lanes; A]) {
         let (value, noise) = (self.amplitude * value, &self.noise);
         sum[HEIGHT][j] += value;
+        let metres = self.amplitude * noise.density;
+        let (dx, dz) = (metres * dx, metres * dz);
         if A > SLOPE_Z {
-            let metres = self.amplitude * noise.density;
-            let (dx, dz) = (metres * dx, metres * dz);
             sum[SLOPE_X][j] += dx;
             sum[SLOPE_Z][j] += dz;
-            if A == SUMS {
-                sum[VELOCITY_X][j] += noise.run[0] * value;
-                // What drifts rises where it is steep ahead.
-                sum[VELOCITY_Y][j] -= noise.drift[0] * dx + noise.drift[1] * dz;
-                sum[VELOCITY_Z][j] += noise.run[1] * value;
-                sum[STRAIN_XX][j] += noise.strain * value;
-                sum[STRAIN_ZZ][j] += noise.strain * value;
-            }
+        }
+        if A > STRAIN_XZ {
+            sum[STRAIN_XX][j] += noise.strain * value;
+            sum[STRAIN_ZZ][j] += noise.strain * value;
+        }
+        if A > VELOCITY_Z {
+            sum[VELOCITY_X][j] += noise.run[0] * value;
+            // What drifts rises where it is steep ahead.
+            sum[VELOCITY_Y][j] -= noise.drift[0] * dx + noise.drift[1] * dz;
+            sum[VELOCITY_Z][j] += noise.run[1] * value;
         }
     }
 }

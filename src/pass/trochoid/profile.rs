@@ -30,8 +30,8 @@ pub struct Profile {
     pub steepness: f32,
     /// Coefficients of cos(n psi), n = 1 to [`TERMS`], at their places; the first is not used.
     harmonics: [f64; TERMS + 1],
-    /// Terms that are enough; `None`: more than there are.
-    enough: Option<usize>,
+    /// The terms that are enough, multiplied out; `None`: more than there are.
+    enough: Option<Polynomial>,
     /// cos(theta) and sin(theta) by column, where the series is not enough.
     table: Vec<[f32; 2]>,
 }
@@ -72,30 +72,32 @@ impl Profile {
             beyond = (beyond.0 + c.abs(), beyond.1 + n as f64 * c.abs());
         }
         let table = if enough.is_none() { row(steepness) } else { Vec::new() };
+        let enough = enough.map(|terms| polynomial(&harmonics, terms));
         Self { steepness: steepness as f32, harmonics, enough, table }
     }
 
     /// The way to evaluate it with no harmonic above `limit`; a grid can't show those beyond its Nyquist wavenumber.
     pub fn shape(&self, limit: usize) -> Shape<'_> {
         match self.enough {
+            Some(polynomial) if polynomial.degree <= limit => Shape::Series(polynomial),
             None if limit > TERMS => Shape::Table(&self.table),
-            enough => Shape::Series(self.polynomial(limit.min(enough.unwrap_or(TERMS)))),
+            _ => Shape::Series(polynomial(&self.harmonics, limit.min(TERMS))),
         }
     }
+}
 
-    /// Chebyshev's polynomials, cos(n psi) = T_n(cos psi), multiplied out.
-    fn polynomial(&self, terms: usize) -> Polynomial {
-        let mut sum = [0.0; TERMS + 1];
-        let (mut before, mut now) = ([0.0; TERMS + 1], [0.0; TERMS + 1]);
-        (before[0], now[1]) = (1.0, 1.0);
-        for harmonic in &self.harmonics[1..=terms] {
-            sum.iter_mut().zip(now).for_each(|(sum, c)| *sum += harmonic * c);
-            let mut next = before.map(|c: f64| -c);
-            next[1..].iter_mut().zip(now).for_each(|(next, c)| *next += 2.0 * c);
-            (before, now) = (now, next);
-        }
-        Polynomial { coefficients: sum.map(|c| c as f32), degree: terms }
+/// Chebyshev's polynomials, cos(n psi) = T_n(cos psi), multiplied out.
+fn polynomial(harmonics: &[f64; TERMS + 1], terms: usize) -> Polynomial {
+    let mut sum = [0.0; TERMS + 1];
+    let (mut before, mut now) = ([0.0; TERMS + 1], [0.0; TERMS + 1]);
+    (before[0], now[1]) = (1.0, 1.0);
+    for harmonic in &harmonics[1..=terms] {
+        sum.iter_mut().zip(now).for_each(|(sum, c)| *sum += harmonic * c);
+        let mut next = before.map(|c: f64| -c);
+        next[1..].iter_mut().zip(now).for_each(|(next, c)| *next += 2.0 * c);
+        (before, now) = (now, next);
     }
+    Polynomial { coefficients: sum.map(|c| c as f32), degree: terms }
 }
 
 /// (2/n) J_n'(n s): coefficient of cos(n psi) in cos(theta).

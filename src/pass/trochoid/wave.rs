@@ -6,7 +6,7 @@ use crate::sea::TrochoidWave;
 /// Eight samples.
 pub type Lanes = [f32; 8];
 
-/// What is summed over waves and noise, in this order; the first, or the first three, where no more is wanted.
+/// What is summed over waves and noise, in this order; only the first 1, 3 or 6 where no more is wanted.
 pub const SUMS: usize = 9;
 /// Height, m.
 pub const HEIGHT: usize = 0;
@@ -14,18 +14,18 @@ pub const HEIGHT: usize = 0;
 pub const SLOPE_X: usize = 1;
 /// Its derivative along z.
 pub const SLOPE_Z: usize = 2;
-/// Velocity of the water along x, m/s.
-pub const VELOCITY_X: usize = 3;
-/// Velocity upward, m/s.
-pub const VELOCITY_Y: usize = 4;
-/// Velocity along z, m/s.
-pub const VELOCITY_Z: usize = 5;
 /// Strain of the orbits, d Dx / dx.
-pub const STRAIN_XX: usize = 6;
+pub const STRAIN_XX: usize = 3;
 /// d Dz / dz.
-pub const STRAIN_ZZ: usize = 7;
+pub const STRAIN_ZZ: usize = 4;
 /// d Dx / dz.
-pub const STRAIN_XZ: usize = 8;
+pub const STRAIN_XZ: usize = 5;
+/// Velocity of the water along x, m/s.
+pub const VELOCITY_X: usize = 6;
+/// Velocity upward, m/s.
+pub const VELOCITY_Y: usize = 7;
+/// Velocity along z, m/s.
+pub const VELOCITY_Z: usize = 8;
 
 /// A trochoid as f32, with the factor of each of its fields.
 #[derive(Clone, Debug)]
@@ -158,17 +158,19 @@ impl Wave {
             add(SLOPE_X, self.kx, slope);
             add(SLOPE_Z, self.kz, slope);
         }
-        if A == SUMS {
-            let s = self.profile.steepness;
-            let cos: Lanes = std::array::from_fn(|j| y[j] - 0.5 * s);
+        let s = self.profile.steepness;
+        let cos: Lanes = std::array::from_fn(|j| y[j] - 0.5 * s);
+        if A > STRAIN_XZ {
+            add(STRAIN_XX, self.strain[0], &cos);
+            add(STRAIN_ZZ, self.strain[1], &cos);
+            add(STRAIN_XZ, self.strain[2], &cos);
+        }
+        if A > VELOCITY_Z {
             // d theta / d psi = 1 / (1 - s cos(theta)).
             let sin = std::array::from_fn(|j| -slope[j] * (1.0 - s * cos[j]));
             add(VELOCITY_X, self.run[0], &cos);
             add(VELOCITY_Y, self.rise, &sin);
             add(VELOCITY_Z, self.run[1], &cos);
-            add(STRAIN_XX, self.strain[0], &cos);
-            add(STRAIN_ZZ, self.strain[1], &cos);
-            add(STRAIN_XZ, self.strain[2], &cos);
         }
     }
 }

@@ -46,7 +46,7 @@ fn a_profile_is_kepler_s_within_a_ten_thousandth_of_its_radius() {
 
 #[test]
 fn a_trochoid_has_no_mean_and_the_variance_of_its_mode() {
-    for (amplitude, chop_k) in [(1.0, 0.0), (1.0, 0.1), (2.0, 0.2), (0.5, 1.0), (1.0, 0.7), (1.0, 0.7071), (3.0, 5.0)] {
+    for (amplitude, chop_k) in [(1.0, 0.0), (1.0, 0.1), (2.0, 0.2), (0.5, 1.0), (1.0, 0.7), (1.0, 0.7069), (3.0, 5.0)] {
         let (r, s) = orbit(amplitude, chop_k);
         assert!((s - (chop_k * r).min(1.0)).abs() < 1e-12, "steepness {s} of {}", chop_k * r);
         let samples = 200_000;
