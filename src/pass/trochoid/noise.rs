@@ -123,36 +123,41 @@ impl Moment {
     pub fn add_points<const A: usize>(&self, x: &[u32; 8], z: &[u32; 8], sum: &mut [Lanes; A]) {
         let (cells, directions) = (self.noise.octave.cells, directions());
         let next = |cell: u32| if cell + 1 == cells { 0 } else { cell + 1 };
+        let mut local = [[0.0; 8]; 3];
         for j in 0..8 {
             let across = Place::new(x[j].wrapping_sub(self.offset[0]), cells);
             let down = Place::new(z[j].wrapping_sub(self.offset[1]), cells);
             let line = |x: u32| {
                 line(&down, self.vector(directions, x, down.cell), self.vector(directions, x, next(down.cell)))
             };
-            let (value, dx, dz) = between(&across, &line(across.cell), &line(next(across.cell)));
-            self.add(j, value, dx, dz, sum);
+            between(&across, &line(across.cell), &line(next(across.cell)), j, &mut local);
         }
+        self.add(&local, sum);
     }
 
+    /// Every field out of the unit noise and its derivatives by x and z, in cells.
     #[inline(always)]
-    fn add<const A: usize>(&self, j: usize, value: f32, dx: f32, dz: f32, sum: &mut [Lanes; A]) {
-        let (value, noise) = (self.amplitude * value, &self.noise);
-        sum[HEIGHT][j] += value;
-        let metres = self.amplitude * noise.density;
-        let (dx, dz) = (metres * dx, metres * dz);
+    fn add<const A: usize>(&self, [value, dx, dz]: &[Lanes; 3], sum: &mut [Lanes; A]) {
+        let mut add = |field: usize, factor: f32, values: &Lanes| {
+            sum[field] = std::array::from_fn(|j| sum[field][j] + factor * values[j]);
+        };
+        let (metres, noise) = (self.amplitude, &self.noise);
+        let slope = metres * noise.density;
+        add(HEIGHT, metres, value);
         if A > SLOPE_Z {
-            sum[SLOPE_X][j] += dx;
-            sum[SLOPE_Z][j] += dz;
+            add(SLOPE_X, slope, dx);
+            add(SLOPE_Z, slope, dz);
         }
         if A > STRAIN_XZ {
-            sum[STRAIN_XX][j] += noise.strain * value;
-            sum[STRAIN_ZZ][j] += noise.strain * value;
+            add(STRAIN_XX, metres * noise.strain, value);
+            add(STRAIN_ZZ, metres * noise.strain, value);
         }
         if A > VELOCITY_Z {
-            sum[VELOCITY_X][j] += noise.run[0] * value;
+            add(VELOCITY_X, metres * noise.run[0], value);
             // What drifts rises where it is steep ahead.
-            sum[VELOCITY_Y][j] -= noise.drift[0] * dx + noise.drift[1] * dz;
-            sum[VELOCITY_Z][j] += noise.run[1] * value;
+            add(VELOCITY_Y, -slope * noise.drift[0], dx);
+            add(VELOCITY_Y, -slope * noise.drift[1], dz);
+            add(VELOCITY_Z, metres * noise.run[1], value);
         }
     }
 }
@@ -168,11 +173,12 @@ impl Field {
         lines.extend(above.iter().zip(below).map(|(above, below)| line(&down, *above, *below)));
         lines.push(lines[0]);
         for (sum, places) in sums.iter_mut().zip(self.columns.chunks_exact(8)) {
+            let mut local = [[0.0; 8]; 3];
             for (j, place) in places.iter().enumerate() {
                 let cell = place.cell as usize;
-                let (value, dx, dz) = between(place, &lines[cell], &lines[cell + 1]);
-                self.moment.add(j, value, dx, dz, sum);
+                between(place, &lines[cell], &lines[cell + 1], j, &mut local);
             }
+            self.moment.add(&local, sum);
         }
     }
 }
@@ -190,13 +196,15 @@ fn line(down: &Place, above: [f32; 2], below: [f32; 2]) -> [f32; 4] {
     ]
 }
 
-/// Noise between two lines, and its derivatives by x and z, in cells.
-#[inline]
-fn between(across: &Place, left: &[f32; 4], right: &[f32; 4]) -> (f32, f32, f32) {
+/// Noise between two lines, and its derivatives by x and z in cells, at one of eight places.
+#[inline(always)]
+fn between(across: &Place, left: &[f32; 4], right: &[f32; 4], j: usize, local: &mut [Lanes; 3]) {
     let (a, u, du) = (across.at, across.fade, across.rate);
     let (p, q) = (left[0] * a + left[1], right[0] * (a - 1.0) + right[1]);
     let (pz, qz) = (left[2] * a + left[3], right[2] * (a - 1.0) + right[3]);
-    (p + u * (q - p), du * (q - p) + left[0] + u * (right[0] - left[0]), pz + u * (qz - pz))
+    local[0][j] = p + u * (q - p);
+    local[1][j] = du * (q - p) + left[0] + u * (right[0] - left[0]);
+    local[2][j] = pz + u * (qz - pz);
 }
 
 /// The unit vectors that a lattice point may have.
