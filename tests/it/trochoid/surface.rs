@@ -160,6 +160,23 @@ fn the_sea_closes_with_its_repeat_and_is_the_same_on_any_number_of_threads() {
 }
 
 #[test]
+fn the_end_of_the_repeat_is_a_frame_like_any_other() {
+    for ticks in [60 * 7200, 1 << 32] {
+        let mut scene = preset_with(16, true);
+        scene.repeat.ticks = ticks;
+        let sea = Timeline::new(&scene).at(0);
+        let heights = |tick: i64| filled(&sea, tick, 128, &[Field::Height]).remove(0);
+        let step = |tick: i64| {
+            let (before, after) = (heights(tick - 24), heights(tick));
+            before.iter().zip(after).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+        };
+        let steady = (1..10).map(|i| step(i * 100_003)).fold(0.0, f32::max);
+        let across = step(ticks as i64).max(step(ticks as i64 + 12));
+        assert!(across < 1.3 * steady, "{across} m across the end, {steady} m in a steady frame");
+    }
+}
+
+#[test]
 fn a_patch_has_no_seam() {
     let sea = Timeline::new(&preset_with(64, true)).at(0);
     let trochoids = Trochoids::new(&sea.cascades[0], &sea);
