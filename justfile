@@ -66,6 +66,10 @@ bless:
 bench *args:
     cargo bench {{args}}
 
+# Write the table of docs/trochoid.md anew.
+trochoid:
+    cargo bench --bench trochoid -- --write
+
 # Everything, as on a fresh machine.
 ci:
     .ci/run

@@ -4,8 +4,10 @@ mod direct;
 mod foam;
 mod grid;
 mod probe;
+mod trochoid;
 
 pub use direct::{Point, at};
 pub use foam::{foam, jacobian};
 pub use grid::fields;
 pub use probe::{Probe, probe};
+pub use trochoid::{Orbits, kepler, noise, trochoids};

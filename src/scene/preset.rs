@@ -14,7 +14,7 @@ presets! {
     "beaufort-6", "beaufort-7", "beaufort-8", "beaufort-9", "beaufort-10",
     "ulsan-calm", "ulsan-medium", "ulsan-rough", "swell-and-wind-sea", "ndbc-41010",
     "long-swell", "shallow-bay", "hurricane", "pierson-moskowitz", "elfouhaily", "phillips", "ochi-hubble",
-    "ndbc-41010-replay",
+    "ndbc-41010-replay", "trochoid",
 }
 
 /// The preset of this name.

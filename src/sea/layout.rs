@@ -3,10 +3,12 @@
 use std::f64::consts::PI;
 
 use super::spectrum::Spectrum;
-use crate::scene::{CascadeRequest, Patch, Scene, SeaState, WindSea};
+use crate::scene::{CascadeRequest, Model, Patch, Scene, SeaState, WindSea};
 
 /// The largest patch holds this many of the longest peak wavelengths: one random sea at 3 has an Hs 10 to 21 % off.
 const PEAKS_PER_PATCH: f64 = 16.0;
+/// Where waves are kept one by one, half as many: a quarter of the waves hold the same share of the energy.
+const PEAKS_OF_TROCHOIDS: f64 = 8.0;
 /// Largest ratio of neighbouring patches: each begins where it still has a ring of six modes.
 const MAX_RATIO: f64 = 7.0;
 /// Share of the energy that may lie in waves too short for an automatic layout, in any sea state that it serves.
@@ -170,13 +172,17 @@ fn automatic(scene: &Scene, n: Option<usize>, band_limit: f64, wanted_m: f64) ->
     }
     let longest = if longest > 0.0 { longest } else { 10.0 };
     let wanted_end = ends.filter(|end| *end > 0.0).map_or(wanted_end, |end| end.min(wanted_end));
-    let first_m = (PEAKS_PER_PATCH * longest).clamp(0.1, 1e5);
+    let one = matches!(scene.model, Model::Trochoid(_));
+    let peaks = if one { PEAKS_OF_TROCHOIDS } else { PEAKS_PER_PATCH };
+    let first_m = (peaks * longest).clamp(0.1, 1e5);
 
-    let n = n.unwrap_or_else(|| serving_n(first_m, band_limit, wanted_end));
+    let n = n.unwrap_or_else(|| if one { CascadeRequest::USUAL_N } else { serving_n(first_m, band_limit, wanted_end) });
     let first = Patch { length_m: first_m, n };
     let span = wanted_end / band_end(&first, band_limit);
     let max_ratio = max_ratio(&first, band_limit);
-    let more = more_patches(span, max_ratio).min(CascadeRequest::MAX_PATCHES - 1);
+    // Trochoids hold the longest waves, and noise follows them to the end of the one band.
+    let most = if one { 0 } else { CascadeRequest::MAX_PATCHES - 1 };
+    let more = more_patches(span, max_ratio).min(most);
     let ratio = libm::pow(span, 1.0 / more.max(1) as f64).min(max_ratio);
     let length = |i: usize| first.length_m / libm::pow(ratio, i as f64);
     // Millimetres, so that a layout is written down exactly; the ratios stay far from simple fractions.

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use rustfft::num_complex::Complex64;
 
+use super::drift::Drift;
 use super::layout::Cascade;
 use crate::scene::Model;
 use crate::wire::TICKS_PER_SECOND;
@@ -54,6 +55,8 @@ pub struct Sea {
     pub model: Model,
     /// Decides what is random beside the modes.
     pub seed: u64,
+    /// How noise in place of waves drifts.
+    pub drift: Drift,
 }
 
 impl CascadeModes {

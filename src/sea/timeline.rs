@@ -7,6 +7,7 @@
 use std::sync::Arc;
 
 use super::dispersion::Dispersion;
+use super::drift::Drift;
 use super::era::{Era, Life};
 use super::layout::Layout;
 use super::modes::Sea;
@@ -190,6 +191,7 @@ impl Timeline {
             choppiness: self.scene.effects.choppiness,
             model: self.scene.model,
             seed: self.scene.seed,
+            drift: Drift::of(&self.scene),
         }
     }
 

@@ -27,5 +27,6 @@ mod stability;
 mod statistics;
 mod streaming;
 mod support;
+mod trochoid;
 mod vectors;
 mod wire;
