@@ -84,6 +84,10 @@ impl Backend for Cpu {
         Ok(&self.surface)
     }
 
+    fn surface(&self) -> &Surface {
+        &self.surface
+    }
+
     fn tap(&self, cascade: usize, tap: Tap) -> Option<Vec<f32>> {
         let engine = self.cascades.get(cascade)?;
         match tap {

@@ -1,12 +1,20 @@
 //! Runs the sea: a thread that steps the backend on the integer tick and publishes frames ahead of time. No tokio.
 
+mod answer;
 mod clock;
+mod direct;
 mod foam_track;
+mod probe;
 mod run;
+mod sample;
 mod schedule;
 mod step;
 
+pub use answer::{ProbeAnswer, ProbeFields};
 pub use clock::Clock;
+pub use direct::{DirectSum, Motion};
+pub use probe::{MAX_DIRECT_SUMS, ProbeError, ProbeMethod, Probed, Prober};
 pub use run::{Counters, Engine, EngineSettings};
+pub use sample::Sampler;
 pub use schedule::{RATES_HZ, interval_of_rate, lead_ticks};
 pub use step::{Batch, Demand, Stepper};
