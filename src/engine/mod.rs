@@ -12,9 +12,7 @@ mod step;
 
 pub use answer::{ProbeAnswer, ProbeFields};
 pub use clock::Clock;
-pub use direct::{DirectSum, Motion};
-pub use probe::{MAX_DIRECT_SUMS, ProbeError, ProbeMethod, Probed, Prober};
+pub use probe::{ProbeError, ProbeMethod, Probed, Prober};
 pub use run::{Counters, Engine, EngineSettings};
-pub use sample::Sampler;
 pub use schedule::{RATES_HZ, interval_of_rate, lead_ticks};
 pub use step::{Batch, Demand, Stepper};

@@ -10,8 +10,8 @@ use crate::backend::{Backend, BackendError};
 use crate::plan::{CascadePlan, FieldSet, Plan};
 use crate::sea::Timeline;
 
-/// Most points times modes that are summed directly: about a second of one core.
-pub const MAX_DIRECT_SUMS: usize = 20_000_000;
+/// Most points times modes that are summed directly: less than a second of one core, a few steps each.
+const MAX_DIRECT_SUMS: usize = 50_000_000;
 
 /// How the sea is summed at a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -83,6 +83,11 @@ impl Prober {
             self.timeline = timeline;
             self.forget();
         }
+    }
+
+    /// The first tick whose sea is known.
+    pub fn since(&self) -> i64 {
+        self.timeline.since()
     }
 
     fn forget(&mut self) {

@@ -11,6 +11,8 @@ mod hello;
 mod listen;
 mod metrics;
 mod ocean;
+mod probe;
+mod probe_body;
 mod problem;
 mod proposal;
 mod requests;

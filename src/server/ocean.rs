@@ -9,6 +9,7 @@ use tokio::task::spawn_blocking;
 use super::bulletin::Bulletin;
 use super::hello;
 use super::metrics::Metrics;
+use super::probe::Probes;
 use super::problem::Problem;
 use super::proposal::Gate;
 use super::ring::Ring;
@@ -33,6 +34,7 @@ pub struct Ocean {
     pub(super) bulletin: Arc<Bulletin>,
     pub(super) seats: Arc<Seats>,
     pub(super) metrics: Metrics,
+    pub(super) probes: Probes,
     /// Changes are decided one at a time.
     pub(super) gate: tokio::sync::Mutex<Gate>,
     current: RwLock<Current>,
@@ -114,6 +116,7 @@ impl Ocean {
             ring,
             bulletin,
             metrics: Metrics::default(),
+            probes: Probes::default(),
             gate: tokio::sync::Mutex::new(Gate::new(changes, build_us, tick)),
             current: RwLock::new(Current { sequence, timeline }),
             status: RwLock::new(status),
