@@ -6,7 +6,7 @@ const MAX_ITERATIONS: u32 = 100;
 /// A step cut to this is no step: the search stands at a fold.
 const LEAST_STEP: f64 = 1.0 / 64.0;
 /// Below this Jacobian a full Newton step leads astray.
-const WELL_BEHAVED: f64 = 0.2;
+const WELL_BEHAVED: f64 = 0.02;
 
 /// Horizontal displacement of the particle that rests at a point, and how that changes with the point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

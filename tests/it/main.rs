@@ -14,6 +14,7 @@ mod laws;
 mod layering;
 mod models;
 mod probe;
+mod probe_served;
 mod properties;
 mod random;
 mod relayout;
