@@ -4,9 +4,11 @@
 const ARRIVED_M: f64 = 1e-4;
 const MAX_ITERATIONS: u32 = 100;
 /// A step cut to this is no step: the search stands at a fold.
-const LEAST_STEP: f64 = 1.0 / 64.0;
-/// Below this Jacobian a full Newton step leads astray.
-const WELL_BEHAVED: f64 = 0.02;
+const LEAST_STEP: f64 = 0.1;
+/// Between starts, radians: no two lie in line.
+const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+/// Between this Jacobian and its opposite Newton's steps lead anywhere.
+const WELL_BEHAVED: f64 = 1e-3;
 
 /// Horizontal displacement of the particle that rests at a point, and how that changes with the point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -69,28 +71,33 @@ struct Place {
 /// The rest position x0 with x0 + D(x0) = `target`, metres, where `displacement` gives D.
 ///
 /// Newton's method, each step cut until it brings the particle nearer. Where that ends short of the point, at a fold,
-/// the search goes on with steps that may lead away from it, shorter and shorter, and the best place counts.
+/// it begins again farther and farther around; of all places the nearest counts.
 pub fn rest_position(target: [f64; 2], mut displacement: impl FnMut([f64; 2]) -> Displacement) -> RestPosition {
     let mut look = |offset: [f64; 2]| {
         let displacement = displacement([target[0] + offset[0], target[1] + offset[1]]);
         let rest = [-offset[0] - displacement.dx, -offset[1] - displacement.dz];
         Place { offset, rest, residual: (rest[0] * rest[0] + rest[1] * rest[1]).sqrt(), displacement }
     };
-    let mut best = look([0.0; 2]);
-    let (mut here, mut iterations, mut share, mut downhill) = (best, 0, 1.0, true);
+    let first = look([0.0; 2]);
+    let (mut best, mut here, mut share, mut starts, mut iterations) = (first, first, 1.0, 0, 0);
+    // Upside down, plain steps lead out to where the surface is not; only where they don't, Newton's lead on.
+    let mut plainly = true;
     while best.residual > ARRIVED_M && iterations < MAX_ITERATIONS {
-        if !downhill {
-            share = (10.0 / f64::from(iterations)).min(1.0);
-        }
-        let from = if downhill { best } else { here };
-        let step = from.step();
-        here = look([from.offset[0] + share * step[0], from.offset[1] + share * step[1]]);
         iterations += 1;
+        if share >= LEAST_STEP {
+            let step = here.step(plainly);
+            let next = look([here.offset[0] + share * step[0], here.offset[1] + share * step[1]]);
+            (here, share) = if next.residual < here.residual { (next, 1.0) } else { (here, 0.5 * share) };
+        } else if plainly && here.displacement.jacobian() < -WELL_BEHAVED {
+            (plainly, share) = (false, 1.0);
+        } else {
+            // What is looked for lies about as far away as particles move.
+            starts += 1;
+            let (radius, angle) = (0.6 * first.residual * f64::from(starts).sqrt(), GOLDEN_ANGLE * f64::from(starts));
+            (here, share, plainly) = (look([radius * libm::cos(angle), radius * libm::sin(angle)]), 1.0, true);
+        }
         if here.residual < best.residual {
-            (best, share, downhill) = (here, 1.0, true);
-        } else if downhill {
-            share *= 0.5;
-            downhill = share >= LEAST_STEP;
+            best = here;
         }
     }
     let Place { offset, residual, displacement, .. } = best;
@@ -104,11 +111,11 @@ pub fn rest_position(target: [f64; 2], mut displacement: impl FnMut([f64; 2]) ->
 }
 
 impl Place {
-    /// Newton's step where the mapping is well behaved, else the plain one, which contracts while slopes are mild.
-    fn step(&self) -> [f64; 2] {
+    /// Newton's step where the mapping is well behaved, else the plain one; upside down, whichever is wished.
+    fn step(&self, plainly: bool) -> [f64; 2] {
         let ([x, z], Displacement { dxx, dzz, dxz, dzx, .. }) = (self.rest, self.displacement);
         let jacobian = self.displacement.jacobian();
-        match jacobian > WELL_BEHAVED {
+        match jacobian > WELL_BEHAVED || !plainly && jacobian < -WELL_BEHAVED {
             true => [((1.0 + dzz) * x - dxz * z) / jacobian, ((1.0 + dxx) * z - dzx * x) / jacobian],
             false => [x, z],
         }
