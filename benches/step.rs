@@ -1,4 +1,4 @@
-//! Cost of a frame by stage: spectra, blend, step, encode; and of the bare transforms in the same run.
+//! Cost of a frame by stage: spectra, blend, step, encode. `benches/peers` holds the step to bare transforms.
 //!
 //! `cargo bench --bench step`. Rounds of all stages are interleaved, so that a noisy machine troubles all alike;
 //! what is printed is the median and the quartiles.
@@ -8,8 +8,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use swellcast::backend::{Backend, Cpu};
-use swellcast::engine::{Demand, Stepper};
-use swellcast::pass::transform::Transform;
+use swellcast::engine::Stepper;
+use swellcast::plan::Demand;
 use swellcast::plan::{CascadePlan, Field, FieldSet, Plan};
 use swellcast::scene::preset;
 use swellcast::sea::{EnergyTable, FoamThresholds, Timeline};
@@ -30,7 +30,7 @@ fn main() {
     let waves = [Group::Displacement, Group::Slopes, Group::Derivatives];
     let demand: Demand = (0..cascades).flat_map(|c| waves.map(|group| (unit(c, group), 240))).collect();
     let plan = |fields: &[Field]| Plan {
-        cascades: vec![CascadePlan::new(FieldSet::of(fields), None, sea.choppiness); cascades],
+        cascades: vec![CascadePlan::new([(0, FieldSet::of(fields))], None, &scene.effects); cascades],
     };
     let all = plan(&Field::SPECTRAL);
 
@@ -39,12 +39,6 @@ fn main() {
     let mut one = Cpu::new(Some(1));
     one.load(&sea).expect("the CPU loads");
     let mut stepper = Stepper::new(Box::new(Cpu::new(None)), Arc::clone(&timeline), 1);
-    let mut bare = Bare::new(256);
-    let transform = Transform::new(256, sea.cascades[0].cascade.half);
-    let mut workspace = transform.workspace();
-    let heights = vec![rustfft::num_complex::Complex32::ONE; sea.cascades[0].modes.len()];
-    let factors = vec![1.0; heights.len()];
-    let mut field = vec![0.0; 65_536];
     let mut tick = 0;
 
     let wave: Vec<f32> = (0..65_536).map(|i| (i as f32 * 0.01).sin()).collect();
@@ -68,11 +62,6 @@ fn main() {
         ("  the same on one thread", Box::new(move || drop(one.step(7200, &plan(&Field::SPECTRAL)).map(|s| s.tick)))),
         ("step and encode, 8 channels", Box::new(move || drop(stepper.frames(tick_of(&mut tick), &demand)))),
         ("encode one unit of 3 channels", Box::new(|| drop(encode(unit(0, Group::Displacement), 256, &planes, STAMP)))),
-        (
-            "one transform, pruned to its band",
-            Box::new(move || transform.run(&heights, &factors, false, &mut workspace, &mut field)),
-        ),
-        ("one transform, bare and full (realfft)", Box::new(move || bare.run())),
     ];
     let mut times = vec![Vec::with_capacity(ROUNDS); stages.len()];
     for round in 0..ROUNDS + 3 {
@@ -96,35 +85,4 @@ fn main() {
 fn tick_of(tick: &mut i64) -> i64 {
     *tick += 240;
     *tick
-}
-
-/// The two passes of a full half-complex inverse transform, with nothing between them.
-struct Bare {
-    n: usize,
-    columns: Arc<dyn rustfft::Fft<f32>>,
-    rows: Arc<dyn realfft::ComplexToReal<f32>>,
-    spectrum: Vec<rustfft::num_complex::Complex32>,
-    scratch: Vec<rustfft::num_complex::Complex32>,
-    field: Vec<f32>,
-}
-
-impl Bare {
-    fn new(n: usize) -> Self {
-        let columns = rustfft::FftPlanner::new().plan_fft_inverse(n);
-        let rows = realfft::RealFftPlanner::new().plan_fft_inverse(n);
-        let zero = rustfft::num_complex::Complex32::ZERO;
-        let scratch = vec![zero; columns.get_inplace_scratch_len().max(rows.get_scratch_len())];
-        Self { n, spectrum: vec![zero; n * (n / 2 + 1)], field: vec![0.0; n * n], columns, rows, scratch }
-    }
-
-    fn run(&mut self) {
-        self.spectrum.fill(rustfft::num_complex::Complex32::ZERO);
-        for column in self.spectrum.chunks_exact_mut(self.n) {
-            self.columns.process_with_scratch(column, &mut self.scratch);
-        }
-        for (spectrum, row) in self.spectrum.chunks_exact_mut(self.n / 2 + 1).zip(self.field.chunks_exact_mut(self.n)) {
-            // The error says only that an imaginary part was not zero.
-            let _ = self.rows.process_with_scratch(spectrum, row, &mut self.scratch);
-        }
-    }
 }

@@ -1,13 +1,15 @@
-//! The passes on the CPU, fields side by side over the threads.
+//! The passes on the CPU, transforms side by side over the threads.
+
+use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
-use rustfft::num_complex::Complex32;
 
 use super::{Backend, BackendError, CascadeSurface, Surface, Tap};
-use crate::pass::evolve::EvolveTable;
+use crate::pass::evolve::{Amplitudes, EvolveTable};
 use crate::pass::transform::{Transform, Workspace};
 use crate::pass::{assemble, foam};
-use crate::plan::{CascadePlan, Field, FieldSet, Plan};
+use crate::plan::{CascadePlan, Field, FieldSet, LevelPlan, Packing, Plan};
+use crate::scene::Normals;
 use crate::sea::{Cascade, HeldFoam, Sea, turn_of_tick};
 
 /// The CPU backend. Gives the same bytes on any number of threads.
@@ -16,15 +18,20 @@ pub struct Cpu {
     repeat: u64,
     cascades: Vec<CascadeEngine>,
     surface: Surface,
+    workspaces: Workspaces,
 }
+
+/// Memory that transforms work in: as many as have run side by side.
+#[derive(Default)]
+struct Workspaces(Mutex<Vec<Workspace>>);
 
 struct CascadeEngine {
     cascade: Cascade,
     table: EvolveTable,
-    transform: Transform,
-    workspaces: Vec<Workspace>,
-    heights: Vec<Complex32>,
-    rates: Vec<Complex32>,
+    /// By level; made when it is first asked for.
+    transforms: Vec<Option<Transform>>,
+    heights: Amplitudes,
+    rates: Amplitudes,
     held_foam: Vec<HeldFoam>,
     foam_threshold: f32,
 }
@@ -40,7 +47,13 @@ impl Cpu {
             .thread_name(|i| format!("swellcast-cpu-{i}"))
             .build()
             .expect("the system gives threads at start");
-        Self { threads, repeat: 1, cascades: Vec::new(), surface: Surface::default() }
+        Self {
+            threads,
+            repeat: 1,
+            cascades: Vec::new(),
+            surface: Surface::default(),
+            workspaces: Workspaces::default(),
+        }
     }
 }
 
@@ -52,7 +65,8 @@ impl Backend for Cpu {
     fn load(&mut self, sea: &Sea) -> Result<(), BackendError> {
         self.repeat = sea.repeat;
         let tables = self.threads.install(|| {
-            sea.cascades.par_iter().map(|modes| EvolveTable::new(modes, sea.choppiness, sea.repeat)).collect::<Vec<_>>()
+            let table = |modes| EvolveTable::new(modes, sea.choppiness, sea.repeat);
+            sea.cascades.par_iter().map(table).collect::<Vec<_>>()
         });
         let surfaces = std::mem::take(&mut self.surface.cascades);
         let mut held: Vec<_> = std::mem::take(&mut self.cascades).into_iter().zip(surfaces).collect();
@@ -60,10 +74,7 @@ impl Backend for Cpu {
             // A cascade that stays keeps its foam, wherever it stands now.
             let (mut engine, surface) = match held.iter().position(|(engine, _)| engine.cascade == modes.cascade) {
                 Some(at) => held.swap_remove(at),
-                None => {
-                    let surface = CascadeSurface { n: modes.cascade.n, ..CascadeSurface::default() };
-                    (CascadeEngine::new(modes.cascade), surface)
-                }
+                None => (CascadeEngine::new(modes.cascade), CascadeSurface::new(&modes.cascade)),
             };
             engine.table = table;
             engine.foam_threshold = modes.foam_threshold as f32;
@@ -79,7 +90,10 @@ impl Backend for Cpu {
         }
         let turn = turn_of_tick(tick, self.repeat);
         let work = self.cascades.par_iter_mut().zip(&mut self.surface.cascades).zip(&plan.cascades);
-        self.threads.install(|| work.for_each(|((engine, surface), plan)| engine.step(turn, plan, surface)));
+        let workspaces = &self.workspaces;
+        self.threads.install(|| {
+            work.for_each(|((engine, surface), plan)| engine.step(turn, plan, surface, workspaces));
+        });
         self.surface.tick = tick;
         Ok(&self.surface)
     }
@@ -91,7 +105,9 @@ impl Backend for Cpu {
     fn tap(&self, cascade: usize, tap: Tap) -> Option<Vec<f32>> {
         let engine = self.cascades.get(cascade)?;
         match tap {
-            Tap::Heights => Some(engine.heights.iter().flat_map(|h| [h.re, h.im]).collect()),
+            Tap::Heights => {
+                Some(engine.heights.re.iter().zip(&engine.heights.im).flat_map(|(re, im)| [*re, *im]).collect())
+            }
             Tap::HeldFoam => Some(engine.held_foam.iter().map(|held| held.foam).collect()),
         }
     }
@@ -99,60 +115,103 @@ impl Backend for Cpu {
 
 impl CascadeEngine {
     fn new(cascade: Cascade) -> Self {
-        let transform = Transform::new(cascade.n, cascade.half);
-        let modes = (cascade.half + 1) * (2 * cascade.half + 1);
         Self {
             cascade,
             table: EvolveTable::default(),
-            transform,
-            workspaces: Vec::new(),
-            heights: vec![Complex32::ZERO; modes],
-            rates: vec![Complex32::ZERO; modes],
+            transforms: (0..cascade.levels()).map(|_| None).collect(),
+            heights: Amplitudes::default(),
+            rates: Amplitudes::default(),
             held_foam: Vec::new(),
             foam_threshold: 0.0,
         }
     }
 
-    fn step(&mut self, turn: u32, plan: &CascadePlan, surface: &mut CascadeSurface) {
-        let samples = self.cascade.n * self.cascade.n;
-        let assembled = plan.foam.is_some() || plan.fields.contains(Field::Jacobian);
-        let needed = plan.fields.union(plan.transforms);
-        let needed = if assembled { needed.union(FieldSet::DERIVATIVES).with(Field::Jacobian) } else { needed };
-        for (field, plane) in Field::ALL.into_iter().zip(&mut surface.planes) {
-            plane.resize(if needed.contains(field) { samples } else { 0 }, 0.0);
-            // A field that needs no transform is nothing, not what stood there before.
-            if FieldSet::SPECTRAL.difference(plan.transforms).contains(field) {
-                plane.fill(0.0);
+    fn step(&mut self, turn: u32, plan: &CascadePlan, surface: &mut CascadeSurface, workspaces: &Workspaces) {
+        self.evolve(turn, plan);
+        for level in &plan.levels {
+            let (n, half) = self.cascade.level(level.level);
+            let transform = &mut self.transforms[usize::from(level.level)];
+            if !level.transforms.is_empty() {
+                transform.get_or_insert_with(|| Transform::new(n, half));
             }
         }
-        if !plan.transforms.is_empty() {
-            self.transform_all(turn, plan.transforms, surface);
-        }
-        if assembled {
-            let [_, _, _, _, _, dxx, dzz, dxz, _, _, _, jacobian, .., shown] = &mut surface.planes;
-            assemble::jacobian(dxx, dzz, dxz, jacobian);
-            if let Some(work) = plan.foam {
-                self.held_foam.resize(samples, HeldFoam::default());
-                foam::foam(&mut self.held_foam, jacobian, self.foam_threshold, work, shown);
-            }
+        surface.keep(plan);
+        let engine = &*self;
+        plan.levels.par_iter().zip(surface.planes_of(plan)).for_each(|(level, planes)| {
+            engine.transform(level, planes, workspaces);
+            assemble(level, engine.cascade.level(level.level).0, engine.cascade.patch_m as f32, planes);
+        });
+        if let Some(work) = plan.foam {
+            let [.., jacobian, _, _, _, shown] = surface.planes(0);
+            self.held_foam.resize(jacobian.len(), HeldFoam::default());
+            foam::foam(&mut self.held_foam, jacobian, self.foam_threshold, work, shown);
         }
     }
 
-    fn transform_all(&mut self, turn: u32, fields: FieldSet, surface: &mut CascadeSurface) {
-        self.table.heights(turn, &mut self.heights);
-        if !fields.intersection(FieldSet::VELOCITY).is_empty() {
+    fn evolve(&mut self, turn: u32, plan: &CascadePlan) {
+        let transforms = || plan.levels.iter().flat_map(|level| &level.transforms);
+        let rates = |packing: &&Packing| is_velocity(**packing);
+        if transforms().any(|packing| !is_velocity(*packing)) {
+            self.table.heights(turn, &mut self.heights);
+        }
+        if transforms().find(rates).is_some() {
             self.table.rates(turn, &mut self.rates);
         }
-        while self.workspaces.len() < fields.len() {
-            self.workspaces.push(self.transform.workspace());
-        }
-        let (table, transform, heights, rates) = (&self.table, &self.transform, &self.heights, &self.rates);
-        let planes = Field::ALL.into_iter().zip(&mut surface.planes).filter(|(field, _)| fields.contains(*field));
-        let jobs: Vec<_> = planes.zip(&mut self.workspaces).collect();
-        jobs.into_par_iter().for_each(|((field, plane), workspace)| {
-            let (factors, odd) = table.factors(field);
-            let source = if FieldSet::VELOCITY.contains(field) { rates } else { heights };
-            transform.run(source, factors, odd, workspace, plane);
+    }
+
+    fn transform(&self, level: &LevelPlan, planes: &mut [Vec<f32>; Field::ALL.len()], workspaces: &Workspaces) {
+        let Some(transform) = &self.transforms[usize::from(level.level)] else { return };
+        let mut planes: Vec<_> = planes.iter_mut().map(|plane| Some(plane.as_mut_slice())).collect();
+        let mut take = |field: Field| planes[field as usize].take().unwrap_or_default();
+        let jobs: Vec<_> = (level.transforms.iter())
+            .map(|packing| match *packing {
+                Packing::HalfComplex(field) => (*packing, [take(field), &mut []]),
+                Packing::Packed(a, b) => (*packing, [take(a), take(b)]),
+            })
+            .collect();
+        jobs.into_par_iter().with_max_len(1).for_each(|(packing, planes)| {
+            let amplitudes = if is_velocity(packing) { &self.rates } else { &self.heights };
+            workspaces.with(|workspace| transform.run(packing, &self.table, amplitudes, workspace, planes));
         });
+    }
+}
+
+impl Workspaces {
+    fn with<T>(&self, work: impl FnOnce(&mut Workspace) -> T) -> T {
+        let free = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut workspace = free().pop().unwrap_or_default();
+        let done = work(&mut workspace);
+        free().push(workspace);
+        done
+    }
+}
+
+fn is_velocity(packing: Packing) -> bool {
+    !packing.fields().intersection(FieldSet::VELOCITY).is_empty()
+}
+
+/// Makes those fields of a level that come of others.
+fn assemble(level: &LevelPlan, n: usize, patch_m: f32, planes: &mut [Vec<f32>; Field::ALL.len()]) {
+    let [height, dx, dz, hx, hz, dxx, dzz, dxz, _, _, _, jacobian, eigenvalue, sx, sz, _] = planes;
+    if level.fields.contains(Field::Jacobian) {
+        assemble::jacobian([dxx, dzz, dxz], jacobian);
+    }
+    if level.fields.contains(Field::Eigenvalue) {
+        assemble::eigenvalue([dxx, dzz, dxz], eigenvalue);
+    }
+    if !level.fields.contains(Field::NormalX) && !level.fields.contains(Field::NormalZ) {
+        return;
+    }
+    sx.resize(n * n, 0.0);
+    sz.resize(n * n, 0.0);
+    match level.normals {
+        Normals::None => {}
+        Normals::CentralDifference | Normals::Sobel => {
+            assemble::slopes_of_points(level.normals, n, patch_m / n as f32, [dx, height, dz], [sx, sz]);
+        }
+        Normals::Exact | Normals::DisplacedSlopes => {
+            assemble::displaced_slopes(false, [hx, hz], [dxx, dzz, dxz], [sx, sz]);
+        }
+        Normals::Diagonal => assemble::displaced_slopes(true, [hx, hz], [dxx, dzz, dxz], [sx, sz]),
     }
 }

@@ -4,8 +4,8 @@ mod cpu;
 
 use thiserror::Error;
 
-use crate::plan::{Field, Plan};
-use crate::sea::Sea;
+use crate::plan::{CascadePlan, Field, FieldSet, LevelPlan, Plan};
+use crate::sea::{Cascade, Sea};
 
 pub use cpu::Cpu;
 
@@ -25,18 +25,58 @@ pub enum BackendError {
     DeviceLost(String),
 }
 
-/// The fields of one cascade.
+/// The fields of one cascade, at every level of detail that was made.
 #[derive(Clone, Debug, Default)]
 pub struct CascadeSurface {
-    /// Samples a side.
+    /// Samples a side of the full grid.
     pub n: usize,
-    planes: [Vec<f32>; Field::ALL.len()],
+    levels: Vec<Planes>,
 }
 
+/// By field; empty where it was not made.
+type Planes = [Vec<f32>; Field::ALL.len()];
+
 impl CascadeSurface {
-    /// A field's samples, n x n, `[z][x]`; `None` when the plan didn't ask for it.
+    fn new(cascade: &Cascade) -> Self {
+        Self { n: cascade.n, levels: vec![Planes::default(); usize::from(cascade.levels())] }
+    }
+
+    /// A field's samples on the full grid, n x n, `[z][x]`; `None` when the plan didn't ask for it.
     pub fn plane(&self, field: Field) -> Option<&[f32]> {
-        Some(self.planes[field as usize].as_slice()).filter(|plane| !plane.is_empty())
+        self.plane_at(0, field)
+    }
+
+    /// A field's samples at a level of detail: a side halved so many times.
+    pub fn plane_at(&self, level: u8, field: Field) -> Option<&[f32]> {
+        let planes = self.levels.get(usize::from(level))?;
+        Some(planes[field as usize].as_slice()).filter(|plane| !plane.is_empty())
+    }
+
+    /// Makes room for what a plan computes, lets go of all else, and sets to nothing what no pass writes.
+    fn keep(&mut self, plan: &CascadePlan) {
+        for (level, planes) in self.levels.iter_mut().enumerate() {
+            let planned = plan.levels.iter().find(|planned| usize::from(planned.level) == level);
+            let computed = planned.map_or(FieldSet::NONE, LevelPlan::computed);
+            let transformed = planned.map_or(FieldSet::NONE, LevelPlan::transformed);
+            let samples = (self.n >> level) * (self.n >> level);
+            for (field, plane) in Field::ALL.into_iter().zip(planes) {
+                plane.resize(if computed.contains(field) { samples } else { 0 }, 0.0);
+                // A field that needs no transform is nothing, not what stood there before.
+                if FieldSet::SPECTRAL.difference(transformed).contains(field) {
+                    plane.fill(0.0);
+                }
+            }
+        }
+    }
+
+    fn planes(&mut self, level: u8) -> &mut Planes {
+        &mut self.levels[usize::from(level)]
+    }
+
+    /// Planes of every level of a plan, in its order.
+    fn planes_of(&mut self, plan: &CascadePlan) -> Vec<&mut Planes> {
+        let planned = |level: usize| plan.levels.iter().any(|planned| usize::from(planned.level) == level);
+        self.levels.iter_mut().enumerate().filter(|(level, _)| planned(*level)).map(|(_, planes)| planes).collect()
     }
 }
 

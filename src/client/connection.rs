@@ -18,7 +18,7 @@ use super::metered::Metered;
 use crate::tile::{DecodedFrame, decode};
 use crate::wire::{
     ClientMessage, ErrorCode, FrameError, HEADER_BYTES, Hello, SUBPROTOCOL, ServerMessage, Status, Subscribe,
-    Subscribed, TICKS_PER_SECOND, TILE, Time, UnitName, WireChange,
+    Subscribed, TICKS_PER_SECOND, TILE, Time, UnitName, UnitRate, WireChange,
 };
 
 /// Largest message taken: the largest frame, 3 planes of 256 x 256 counts.
@@ -181,6 +181,7 @@ impl<N: Fn() -> i64> Connection<N> {
     pub async fn subscribe(&mut self, rate_hz: u32, units: Vec<UnitName>) -> u64 {
         self.subscriptions += 1;
         let id = self.subscriptions;
+        let units = units.into_iter().map(UnitRate::from).collect();
         self.send(&ClientMessage::Subscribe(Subscribe { id, rate_hz, units })).await;
         id
     }

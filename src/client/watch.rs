@@ -137,7 +137,8 @@ impl<N: Fn() -> i64> Watching<N> {
             }
             Event::Subscribed(subscribed) => {
                 if let Some(hello) = &self.hello {
-                    self.playback = std::mem::take(&mut self.playback).renewed(hello, &subscribed.units);
+                    let units: Vec<UnitName> = subscribed.units.iter().map(|granted| granted.unit).collect();
+                    self.playback = std::mem::take(&mut self.playback).renewed(hello, &units);
                     self.settled.retain(|key| self.playback.ticks(*key).next().is_some());
                 }
             }

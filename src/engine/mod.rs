@@ -15,4 +15,4 @@ pub use clock::Clock;
 pub use probe::{ProbeError, ProbeMethod, Probed, Prober};
 pub use run::{Counters, Engine, EngineSettings};
 pub use schedule::{RATES_HZ, interval_of_rate, lead_ticks};
-pub use step::{Batch, Demand, Stepper};
+pub use step::{Batch, Stepper, Work};

@@ -7,8 +7,9 @@ use std::time::Duration;
 
 use super::clock::Clock;
 use super::schedule::{RATES_HZ, interval_of_rate, lead_ticks, next_tick};
-use super::step::{Batch, Demand, Stepper};
+use super::step::{Batch, Stepper, Work};
 use crate::backend::{Backend, BackendError, Cpu};
+use crate::plan::{Demand, Lingering};
 use crate::sea::Timeline;
 
 /// Foam steps run after each frame even when the next frame is already due, so that foam warms on a busy machine.
@@ -29,7 +30,7 @@ pub struct Counters {
     /// Ticks made.
     pub steps: u64,
     /// Two-dimensional transforms, foam's own included.
-    pub transforms: u64,
+    pub work: Work,
     /// Ticks passed over because the machine was too slow.
     pub skipped_frames: u64,
     /// Frames not sent because they held a value that is not finite.
@@ -107,7 +108,17 @@ impl Engine {
         let of_thread = Arc::clone(&shared);
         let work = move || {
             let _alive = Alive(&of_thread);
-            Loop { shared: &of_thread, stepper, clock, publish, demand: Demand::new(), last: None, seen: 0 }.run();
+            Loop {
+                shared: &of_thread,
+                stepper,
+                clock,
+                publish,
+                lingering: Lingering::default(),
+                demand: Demand::new(),
+                last: None,
+                seen: 0,
+            }
+            .run();
         };
         let thread = std::thread::Builder::new().name("swellcast-engine".to_owned()).spawn(work);
         Self { shared, thread: Some(thread.expect("the system gives a thread at start")) }
@@ -175,6 +186,7 @@ struct Loop<'a> {
     stepper: Stepper,
     clock: Clock,
     publish: Publish,
+    lingering: Lingering,
     demand: Demand,
     last: Option<i64>,
     seen: u64,
@@ -188,6 +200,7 @@ impl Loop<'_> {
             if !self.take_news() {
                 break;
             }
+            self.settle_demand();
             let Some(interval) = self.demand.values().copied().min() else {
                 self.last = None;
                 self.rest(Duration::from_secs(1));
@@ -226,7 +239,7 @@ impl Loop<'_> {
         {
             let mut counters = lock(&self.shared.counters);
             counters.steps += 1;
-            counters.transforms += batch.transforms;
+            counters.work += batch.work;
             counters.skipped_frames += skipped;
             counters.refused_frames += batch.refused;
             counters.step_ms = ms;
@@ -253,10 +266,18 @@ impl Loop<'_> {
             self.stepper.set_timeline(timeline);
         }
         if let Some(demand) = demand {
-            self.demand = demand.into_iter().filter(|(_, interval)| *interval > 0).collect();
-            self.stepper.set_demand(&self.demand);
+            self.lingering.set(demand, self.clock.now_tick());
         }
         !stop
+    }
+
+    /// Brings the demand up to date with what was told, and with the time.
+    fn settle_demand(&mut self) {
+        let demand = self.lingering.at(self.clock.now_tick());
+        if demand != self.demand {
+            self.stepper.set_demand(&demand);
+            self.demand = demand;
+        }
     }
 
     /// Waits, at most this long, for news.

@@ -1,6 +1,7 @@
 //! One tick of the sea under a demand: load what is in effect, step the backend, encode each live unit once.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::AddAssign;
 use std::sync::Arc;
 
 use bytes::Bytes;
@@ -8,14 +9,11 @@ use rayon::prelude::*;
 
 use super::foam_track::FoamTrack;
 use crate::backend::{Backend, BackendError, CascadeSurface, Surface};
-use crate::plan::{CascadePlan, Field, FieldSet, FoamWork, Plan};
+use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, fields_of};
 use crate::scene::Foam;
-use crate::sea::{Life, Timeline};
-use crate::tile::{EncodeError, Stamp, encode, levels};
+use crate::sea::{Layout, Life, Timeline};
+use crate::tile::{EncodeError, Stamp, encode};
 use crate::wire::{Group, UnitName};
-
-/// What subscribers want: each live unit and the smallest interval, in ticks, at which somebody wants it.
-pub type Demand = BTreeMap<UnitName, i64>;
 
 /// All frames of one tick.
 #[derive(Clone, Debug)]
@@ -26,22 +24,23 @@ pub struct Batch {
     pub frames: Vec<(UnitName, Bytes)>,
     /// Units whose frame was not made, because it held a value that is not finite.
     pub refused: u64,
-    /// Two-dimensional transforms it took.
-    pub transforms: u64,
+    /// What it took.
+    pub work: Work,
 }
 
-/// Fields a group is made of, in the order of its channels.
-fn fields(group: Group) -> &'static [Field] {
-    match group {
-        Group::Displacement => &[Field::Dx, Field::Height, Field::Dz],
-        Group::Slopes => &[Field::SlopeX, Field::SlopeZ],
-        Group::Derivatives => &[Field::Dxx, Field::Dzz, Field::Dxz],
-        Group::Foam => &[Field::Foam],
-        Group::Height => &[Field::Height],
-        Group::Velocity => &[Field::VelocityX, Field::VelocityY, Field::VelocityZ],
-        Group::Jacobian => &[Field::Jacobian, Field::Eigenvalue],
-        Group::Stretch => &[Field::Dxx, Field::Dzz],
-        Group::Normals => &[Field::NormalX, Field::NormalZ],
+/// Transforms, counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Real fields that came out of two-dimensional transforms.
+    pub transforms: u64,
+    /// Samples of those fields.
+    pub samples: u64,
+}
+
+impl AddAssign for Work {
+    fn add_assign(&mut self, more: Self) {
+        self.transforms += more.transforms;
+        self.samples += more.samples;
     }
 }
 
@@ -60,7 +59,8 @@ pub struct Stepper {
     foamy: BTreeSet<u8>,
     /// By number, of the cascades that the timeline has and somebody wants foam of.
     foam: BTreeMap<u8, FoamTrack>,
-    transforms: u64,
+    /// Of foam steps since the last frames.
+    work: Work,
 }
 
 impl Stepper {
@@ -72,7 +72,7 @@ impl Stepper {
         let encoders = rayon::ThreadPoolBuilder::new().thread_name(|i| format!("swellcast-encode-{i}")).build();
         let encoders = encoders.expect("the system gives threads at start");
         let (foamy, foam) = (BTreeSet::new(), BTreeMap::new());
-        Self { backend, encoders, timeline, epoch, loaded: None, newest: None, foamy, foam, transforms: 0 }
+        Self { backend, encoders, timeline, epoch, loaded: None, newest: None, foamy, foam, work: Work::default() }
     }
 
     /// Name of the backend.
@@ -145,9 +145,9 @@ impl Stepper {
                 track.ran(foam_tick);
                 work
             });
-            plan.cascades.push(self.work(&life, foam_tick, FieldSet::NONE, work));
+            plan.cascades.push(self.work(&life, foam_tick, [], work));
         }
-        self.transforms += plan.transforms() as u64;
+        self.work += work(&plan, timeline.layout());
         self.backend.step(foam_tick, &plan)?;
         Ok(true)
     }
@@ -166,7 +166,7 @@ impl Stepper {
         self.load(tick)?;
         let shown = |life: Life| {
             let track = self.foam.get(&life.cascade.index).filter(|_| !life.is_over(tick));
-            self.work(&life, tick, fields, track.map(|track| track.show(tick)))
+            self.work(&life, tick, [(0, fields)], track.map(|track| track.show(tick)))
         };
         let plan = Plan { cascades: timeline.lives().map(shown).collect() };
         (self.foamy, self.foam) = (BTreeSet::new(), BTreeMap::new());
@@ -185,13 +185,12 @@ impl Stepper {
         for (unit, _) in demand.iter().filter(|(_, interval)| tick % **interval == 0) {
             let there = timeline.life_of(unit.cascade).filter(|(_, life)| life.contains(tick));
             // A level that the number had in an earlier layout may be none now.
-            let whole = there.filter(|(_, life)| unit.level < levels(&life.cascade));
+            let whole = there.filter(|(_, life)| unit.level < life.cascade.levels());
             units.extend(whole.map(|(place, life)| (place, life.foam_left(tick) as f32, *unit)));
         }
         let mut plan = Plan::default();
         for (place, life) in timeline.lives().enumerate() {
-            let here = units.iter().filter(|(at, ..)| *at == place);
-            let wanted = here.fold(FieldSet::NONE, |set, (.., unit)| set.union(FieldSet::of(fields(unit.group))));
+            let here = units.iter().filter(|(at, ..)| *at == place).map(|(.., unit)| unit);
             // On the foam grid foam advances even when no frame of it is wanted, or the next would find a gap.
             let warm = !life.is_over(tick) && self.missing(&life, tick).is_none();
             let foam = self.foam.get_mut(&life.cascade.index).filter(|_| warm).and_then(|track| {
@@ -199,13 +198,15 @@ impl Stepper {
                 if work.advance {
                     track.ran(tick);
                 }
-                (work.advance || wanted.contains(Field::Foam)).then_some(work)
+                (work.advance || here.clone().any(|unit| unit.group == Group::Foam)).then_some(work)
             });
-            plan.cascades.push(self.work(&life, tick, wanted.difference(FieldSet::of(&[Field::Foam])), foam));
+            let waves = here.filter(|unit| unit.group != Group::Foam);
+            let levels = waves.map(|unit| (unit.level, FieldSet::of(fields_of(unit.group))));
+            plan.cascades.push(self.work(&life, tick, levels, foam));
         }
         self.load(tick)?;
-        let transforms = self.transforms + plan.transforms() as u64;
-        self.transforms = 0;
+        let mut done = std::mem::take(&mut self.work);
+        done += work(&plan, timeline.layout());
         let surface = self.backend.step(tick, &plan)?;
         let stamp = Stamp {
             tick: surface.tick,
@@ -215,7 +216,7 @@ impl Stepper {
         };
         let encode = |(place, foam, unit)| (unit, encode_unit(surface.cascades.get(place), unit, foam, stamp));
         let encoded: Vec<_> = self.encoders.install(|| units.into_par_iter().map(encode).collect());
-        let mut batch = Batch { tick: surface.tick, frames: Vec::with_capacity(encoded.len()), refused: 0, transforms };
+        let mut batch = Batch { tick: surface.tick, frames: Vec::with_capacity(encoded.len()), refused: 0, work: done };
         for (unit, frames) in encoded {
             match frames {
                 Ok(frames) => batch.frames.extend(frames.into_iter().map(|frame| (unit, frame))),
@@ -229,9 +230,15 @@ impl Stepper {
     }
 
     /// Work of one cascade. Where it is no part of the sea it is still water: nothing needs a transform.
-    fn work(&self, life: &Life, tick: i64, fields: FieldSet, foam: Option<FoamWork>) -> CascadePlan {
-        let plan = CascadePlan::new(fields, foam, self.timeline.scene().effects.choppiness);
-        if life.contains(tick) { plan } else { CascadePlan { transforms: FieldSet::NONE, ..plan } }
+    fn work(
+        &self,
+        life: &Life,
+        tick: i64,
+        levels: impl IntoIterator<Item = (u8, FieldSet)>,
+        foam: Option<FoamWork>,
+    ) -> CascadePlan {
+        let plan = CascadePlan::new(levels, foam, &self.timeline.scene().effects);
+        if life.contains(tick) { plan } else { plan.still() }
     }
 
     fn load(&mut self, tick: i64) -> Result<(), BackendError> {
@@ -244,6 +251,18 @@ impl Stepper {
     }
 }
 
+/// Transforms that a plan takes on a layout.
+fn work(plan: &Plan, layout: &Layout) -> Work {
+    let mut done = Work::default();
+    for (plan, cascade) in plan.cascades.iter().zip(&layout.cascades) {
+        for level in &plan.levels {
+            let (n, _) = cascade.level(level.level);
+            done += Work { transforms: level.transforms() as u64, samples: (level.transforms() * n * n) as u64 };
+        }
+    }
+    done
+}
+
 /// Nothing where a field of the unit was not made (foam that is not warm).
 fn encode_unit(
     cascade: Option<&CascadeSurface>,
@@ -252,7 +271,10 @@ fn encode_unit(
     stamp: Stamp,
 ) -> Result<Vec<Bytes>, EncodeError> {
     let Some(cascade) = cascade else { return Ok(Vec::new()) };
-    let planes: Option<Vec<&[f32]>> = fields(unit.group).iter().map(|field| cascade.plane(*field)).collect();
+    // Foam is made on the full grid, and averaged for the others.
+    let level = if unit.group == Group::Foam { 0 } else { unit.level };
+    let planes: Option<Vec<&[f32]>> =
+        fields_of(unit.group).iter().map(|field| cascade.plane_at(level, *field)).collect();
     match planes {
         None => Ok(Vec::new()),
         Some(planes) if unit.group == Group::Foam && foam_left < 1.0 => {

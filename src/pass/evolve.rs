@@ -1,114 +1,138 @@
-//! Turns every mode to a tick: h(k, t) = h0(k) e^-i phi + conj(h0(-k)) e^+i phi, and its derivatives in k space.
+//! Turns every mode to a tick: h(k, t) = h0(k) e^-i phi + conj(h0(-k)) e^+i phi, and its rate.
 
-use rustfft::num_complex::{Complex32, Complex64};
+use rayon::prelude::*;
+use rustfft::num_complex::Complex32;
 
-use crate::plan::Field;
 use crate::sea::{CascadeModes, cos_sin_q24};
 
-/// A cascade's modes as f32, with the factor that makes each field out of the height.
+/// Modes that one thread takes.
+const PART: usize = 4096;
+
+/// A cascade's modes as f32. With phase phi, h = (p cos + q sin) + i (r cos + t sin).
 #[derive(Debug, Default)]
 pub struct EvolveTable {
-    modes: Vec<TurningMode>,
-    /// Angular frequency of each mode, rad/s.
+    half: usize,
+    /// Spacing of wavenumbers, rad/m.
+    dk: f32,
+    p: Vec<f32>,
+    q: Vec<f32>,
+    r: Vec<f32>,
+    t: Vec<f32>,
+    cycles: Vec<u32>,
+    offsets: Vec<u32>,
+    /// Angular frequencies, rad/s.
     omegas: Vec<f32>,
-    /// Of height, displacement, slopes and derivatives, in the order of `modes`.
-    factors: [Vec<f32>; 8],
+    /// Choppiness times widening over wavenumber, metres.
+    chop: Vec<f32>,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct TurningMode {
-    forward: Complex32,
-    backward: Complex32,
-    cycles: u32,
-    offset: u32,
+/// Amplitudes of every mode at one tick, in the order of [`CascadeModes::modes`].
+#[derive(Debug, Default)]
+pub struct Amplitudes {
+    /// Real parts.
+    pub re: Vec<f32>,
+    /// Imaginary parts.
+    pub im: Vec<f32>,
 }
 
 impl EvolveTable {
     /// Rounds a cascade's modes to f32. `choppiness` goes into every sideways field.
     pub fn new(cascade: &CascadeModes, choppiness: f64, repeat: u64) -> Self {
-        let single = |z: Complex64| Complex32::new(z.re as f32, z.im as f32);
-        let turning = cascade.modes.iter().map(|mode| TurningMode {
-            forward: single(mode.forward),
-            backward: single(mode.backward),
-            cycles: mode.cycles,
-            offset: mode.offset,
-        });
-        let factors = std::array::from_fn(|field| {
-            let factor = |(kx, kz, mode): (f64, f64, &crate::sea::Mode)| {
-                factor(Field::SPECTRAL[field], kx, kz, choppiness * mode.widening) as f32
-            };
-            cascade.with_wave_vectors().map(factor).collect()
-        });
-        let omegas = cascade.modes.iter().map(|mode| mode.omega(repeat) as f32).collect();
-        Self { modes: turning.collect(), omegas, factors }
+        let modes = &cascade.modes;
+        let of = |value: fn(f64, f64, f64, f64) -> f64| {
+            let (a, b) = (|i: usize| modes[i].forward, |i: usize| modes[i].backward);
+            (0..modes.len()).map(|i| value(a(i).re, a(i).im, b(i).re, b(i).im) as f32).collect()
+        };
+        let chop = |(kx, kz, mode): (f64, f64, &crate::sea::Mode)| {
+            let k = libm::sqrt(kx * kx + kz * kz);
+            if k > 0.0 { (choppiness * mode.widening / k) as f32 } else { 0.0 }
+        };
+        Self {
+            half: cascade.cascade.half,
+            dk: cascade.cascade.dk() as f32,
+            p: of(|a, _, b, _| a + b),
+            q: of(|_, a, _, b| a - b),
+            r: of(|_, a, _, b| a + b),
+            t: of(|a, _, b, _| b - a),
+            cycles: modes.iter().map(|mode| mode.cycles).collect(),
+            offsets: modes.iter().map(|mode| mode.offset).collect(),
+            omegas: modes.iter().map(|mode| mode.omega(repeat) as f32).collect(),
+            chop: cascade.with_wave_vectors().map(chop).collect(),
+        }
     }
 
     /// h(k, t) of every mode at a turn of the repeat period, metres.
-    pub fn heights(&self, turn: u32, heights: &mut [Complex32]) {
-        for (height, mode) in heights.iter_mut().zip(&self.modes) {
-            let (c, s) = mode.cos_sin(turn);
-            let (a, b) = (mode.forward, mode.backward);
-            *height = Complex32::new((a.re + b.re) * c + (a.im - b.im) * s, (a.im + b.im) * c + (b.re - a.re) * s);
-        }
+    pub fn heights(&self, turn: u32, heights: &mut Amplitudes) {
+        self.turned(turn, heights, |[p, q, r, t], _, c, s| (p * c + q * s, r * c + t * s));
     }
 
-    /// dh/dt of every mode, m/s: -i w times the part that travels along +k, +i w times the other.
-    pub fn rates(&self, turn: u32, rates: &mut [Complex32]) {
-        for ((rate, mode), omega) in rates.iter_mut().zip(&self.modes).zip(&self.omegas) {
-            let (c, s) = mode.cos_sin(turn);
-            let (a, b) = (mode.forward, mode.backward);
-            let (re, im) = ((a.re - b.re) * c + (a.im + b.im) * s, (a.im - b.im) * c - (a.re + b.re) * s);
-            *rate = Complex32::new(omega * im, -omega * re);
-        }
+    /// dh/dt of every mode, m/s.
+    pub fn rates(&self, turn: u32, rates: &mut Amplitudes) {
+        self.turned(turn, rates, |[p, q, r, t], omega, c, s| (omega * (q * c - p * s), omega * (t * c - r * s)));
     }
 
-    /// Factor of each mode for a spectral field, and whether it stands beside an i. A velocity is the rate of what
-    /// moves: its factor is that of the displacement.
-    ///
-    /// # Panics
-    /// If `field` is not spectral.
-    pub fn factors(&self, field: Field) -> (&[f32], bool) {
-        let moves = match field {
-            Field::VelocityX => Field::Dx,
-            Field::VelocityY => Field::Height,
-            Field::VelocityZ => Field::Dz,
-            field => field,
-        };
-        (&self.factors[moves as usize], is_odd(moves))
-    }
-}
-
-impl TurningMode {
-    #[inline]
-    fn cos_sin(&self, turn: u32) -> (f32, f32) {
+    fn turned(
+        &self,
+        turn: u32,
+        amplitudes: &mut Amplitudes,
+        at: impl Fn([f32; 4], f32, f32, f32) -> (f32, f32) + Sync,
+    ) {
         const Q24: f32 = 1.0 / 16_777_216.0;
-        let (cos, sin) = cos_sin_q24(self.cycles.wrapping_mul(turn).wrapping_add(self.offset));
-        (cos as f32 * Q24, sin as f32 * Q24)
+        let modes = self.p.len();
+        amplitudes.re.resize(modes, 0.0);
+        amplitudes.im.resize(modes, 0.0);
+        let parts = amplitudes.re.par_chunks_mut(PART).zip(amplitudes.im.par_chunks_mut(PART)).enumerate();
+        parts.for_each(|(part, (re, im))| {
+            let here = part * PART..part * PART + re.len();
+            let (p, q, r, t) =
+                (&self.p[here.clone()], &self.q[here.clone()], &self.r[here.clone()], &self.t[here.clone()]);
+            let (cycles, offsets) = (&self.cycles[here.clone()], &self.offsets[here.clone()]);
+            let omegas = &self.omegas[here];
+            let im = &mut im[..re.len()];
+            for i in 0..re.len() {
+                let (cos, sin) = cos_sin_q24(cycles[i].wrapping_mul(turn).wrapping_add(offsets[i]));
+                (re[i], im[i]) = at([p[i], q[i], r[i], t[i]], omegas[i], cos as f32 * Q24, sin as f32 * Q24);
+            }
+        });
+    }
+
+    /// The modes of column n, m = -half..=half, that a grid of `half` holds: amplitudes and what makes other fields
+    /// of them.
+    pub fn column<'a>(&'a self, amplitudes: &'a Amplitudes, n: usize, half: usize) -> Column<'a> {
+        let first = n * (2 * self.half + 1) + self.half - half;
+        let here = first..first + 2 * half + 1;
+        Column {
+            kx: n as f32 * self.dk,
+            dk: self.dk,
+            re: &amplitudes.re[here.clone()],
+            im: &amplitudes.im[here.clone()],
+            chop: &self.chop[here],
+        }
     }
 }
 
-/// An odd number of derivatives: the factor stands beside an i.
-fn is_odd(field: Field) -> bool {
-    matches!(field, Field::Dx | Field::Dz | Field::SlopeX | Field::SlopeZ)
+/// Modes (n, m) of one n, m = -half..=half.
+#[derive(Clone, Copy, Debug)]
+pub struct Column<'a> {
+    /// Wavenumber along x, rad/m.
+    pub kx: f32,
+    /// Spacing of wavenumbers along z, rad/m.
+    pub dk: f32,
+    re: &'a [f32],
+    im: &'a [f32],
+    chop: &'a [f32],
 }
 
-/// Real factor that makes `field` out of the height of wave vector (kx, kz); `chop` is choppiness times widening.
-///
-/// D = i (k / |k|) h, so crests sharpen; its derivatives are i k of that (Tessendorf 2001, eq. 44, with our sign).
-fn factor(field: Field, kx: f64, kz: f64, chop: f64) -> f64 {
-    let k = libm::sqrt(kx * kx + kz * kz);
-    if k == 0.0 {
-        return 0.0;
+impl Column<'_> {
+    /// Modes in it.
+    pub fn len(&self) -> usize {
+        self.re.len()
     }
-    match field {
-        Field::Height => 1.0,
-        Field::Dx => chop * kx / k,
-        Field::Dz => chop * kz / k,
-        Field::SlopeX => kx,
-        Field::SlopeZ => kz,
-        Field::Dxx => -chop * kx * kx / k,
-        Field::Dzz => -chop * kz * kz / k,
-        Field::Dxz => -chop * kx * kz / k,
-        _ => 0.0,
+
+    /// Mode `i`: amplitude, wavenumber along z, and chop over wavenumber.
+    #[inline(always)]
+    pub fn mode(&self, i: usize) -> (Complex32, f32, f32) {
+        let kz = (i as f32 - (self.re.len() / 2) as f32) * self.dk;
+        (Complex32::new(self.re[i], self.im[i]), kz, self.chop[i])
     }
 }

@@ -1,10 +1,17 @@
 //! Which passes a demand needs: the fewest transforms for the fields that somebody wants. Pure.
 //!
-//! Backends execute a [`Plan`] and know nothing of clients, rates or units.
+//! A [`Demand`] is what subscribers want. Of one tick of it, each cascade's [`CascadePlan`] says which levels are made,
+//! of which fields, by which transforms. Backends execute a [`Plan`] and know nothing of clients, rates or units.
 
+mod demand;
 mod field;
+mod packing;
 
+pub use demand::{Demand, LINGER_TICKS, Lingering, fields_of};
 pub use field::{Field, FieldSet};
+pub use packing::Packing;
+
+use crate::scene::{Effects, Normals};
 
 /// What foam has to do at one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,14 +26,25 @@ pub struct FoamWork {
     pub advance: bool,
 }
 
-/// Work for one cascade at one tick.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CascadePlan {
+/// Work on one level of detail of one cascade.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LevelPlan {
+    /// The level: a grid of its own, with the waves that it can hold.
+    pub level: u8,
     /// Fields to leave on the surface.
     pub fields: FieldSet,
-    /// Fields that need a transform: those wanted, and those others are assembled from.
-    pub transforms: FieldSet,
-    /// Foam, where it is wanted.
+    /// Transforms that give them, or what they are assembled from.
+    pub transforms: Vec<Packing>,
+    /// How normals are made, where they are among the fields.
+    pub normals: Normals,
+}
+
+/// Work for one cascade at one tick.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CascadePlan {
+    /// Finest first; the full grid among them where there is foam.
+    pub levels: Vec<LevelPlan>,
+    /// Foam, always of the full grid, where it is wanted.
     pub foam: Option<FoamWork>,
 }
 
@@ -37,25 +55,86 @@ pub struct Plan {
     pub cascades: Vec<CascadePlan>,
 }
 
+impl LevelPlan {
+    /// The least work that gives `fields`. Without choppiness nothing moves sideways: those fields are zero and need no
+    /// transform.
+    fn new(level: u8, fields: FieldSet, effects: &Effects) -> Self {
+        let mut sources = fields.union(assembled_from(fields, effects.normals));
+        if effects.choppiness == 0.0 {
+            sources = sources.difference(FieldSet::SIDEWAYS);
+        }
+        Self { level, fields, transforms: Packing::of(sources).collect(), normals: effects.normals }
+    }
+
+    /// Fields that come out of its transforms.
+    pub fn transformed(&self) -> FieldSet {
+        self.transforms.iter().fold(FieldSet::NONE, |set, packing| set.union(packing.fields()))
+    }
+
+    /// Fields that it computes: those wanted, and those they are made of.
+    pub fn computed(&self) -> FieldSet {
+        self.transformed().union(self.fields).union(assembled_from(self.fields, self.normals))
+    }
+
+    /// Number of real fields that are transformed; a packed transform counts as two.
+    pub fn transforms(&self) -> usize {
+        self.transformed().len()
+    }
+}
+
+/// Fields that others are made of, sample by sample.
+fn assembled_from(fields: FieldSet, normals: Normals) -> FieldSet {
+    const MAPPING: FieldSet = FieldSet::of(&[Field::Jacobian, Field::Eigenvalue]);
+    const NORMALS: FieldSet = FieldSet::of(&[Field::NormalX, Field::NormalZ]);
+    let mut sources = FieldSet::NONE;
+    if !fields.intersection(MAPPING).is_empty() {
+        sources = sources.union(FieldSet::DERIVATIVES);
+    }
+    if !fields.intersection(NORMALS).is_empty() {
+        sources = sources.union(match normals {
+            Normals::None => FieldSet::NONE,
+            Normals::Exact | Normals::DisplacedSlopes => {
+                FieldSet::DERIVATIVES.union(FieldSet::of(&[Field::SlopeX, Field::SlopeZ]))
+            }
+            Normals::Diagonal => FieldSet::of(&[Field::SlopeX, Field::SlopeZ, Field::Dxx, Field::Dzz]),
+            Normals::CentralDifference | Normals::Sobel => FieldSet::of(&[Field::Height, Field::Dx, Field::Dz]),
+        });
+    }
+    sources
+}
+
 impl CascadePlan {
-    /// The least work that gives `fields`, and foam. Without choppiness nothing moves sideways: those fields are
-    /// zero and need no transform.
-    pub fn new(fields: FieldSet, foam: Option<FoamWork>, choppiness: f64) -> Self {
-        let mut transforms = fields.intersection(FieldSet::SPECTRAL);
-        if foam.is_some() || fields.contains(Field::Jacobian) {
-            transforms = transforms.union(FieldSet::DERIVATIVES);
+    /// The least work that gives these fields at these levels, and foam.
+    pub fn new(levels: impl IntoIterator<Item = (u8, FieldSet)>, foam: Option<FoamWork>, effects: &Effects) -> Self {
+        let mut wanted: Vec<(u8, FieldSet)> = Vec::new();
+        let of_foam = foam.map(|_| (0, FieldSet::of(&[Field::Jacobian, Field::Foam])));
+        for (level, fields) in levels.into_iter().chain(of_foam) {
+            let fields = if foam.is_none() { fields.difference(FieldSet::of(&[Field::Foam])) } else { fields };
+            match wanted.iter_mut().find(|(known, _)| *known == level) {
+                Some((_, known)) => *known = known.union(fields),
+                None => wanted.push((level, fields)),
+            }
         }
-        if choppiness == 0.0 {
-            transforms = transforms.difference(FieldSet::SIDEWAYS);
-        }
-        let fields = if foam.is_some() { fields.with(Field::Foam) } else { fields };
-        Self { fields, transforms, foam }
+        wanted.sort_by_key(|(level, _)| *level);
+        let wanted = wanted.into_iter().filter(|(_, fields)| !fields.is_empty());
+        Self { levels: wanted.map(|(level, fields)| LevelPlan::new(level, fields, effects)).collect(), foam }
+    }
+
+    /// The same where there are no waves: fields are zero and need no transform, foam goes on.
+    pub fn still(mut self) -> Self {
+        self.levels.iter_mut().for_each(|level| level.transforms.clear());
+        self
+    }
+
+    /// Number of real fields that are transformed.
+    pub fn transforms(&self) -> usize {
+        self.levels.iter().map(LevelPlan::transforms).sum()
     }
 }
 
 impl Plan {
-    /// Number of two-dimensional transforms.
+    /// Number of real fields that are transformed; a packed transform counts as two.
     pub fn transforms(&self) -> usize {
-        self.cascades.iter().map(|cascade| cascade.transforms.len()).sum()
+        self.cascades.iter().map(CascadePlan::transforms).sum()
     }
 }

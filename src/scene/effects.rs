@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Foam;
 use super::bound::SceneError;
-use crate::wire::{Group, TICKS_PER_SECOND};
+use crate::wire::Group;
 
 /// Most entries of `[[detail]]`.
 const MAX_DETAILS: usize = 64;
@@ -56,6 +56,20 @@ pub struct Effects {
     pub foam: Option<Foam>,
 }
 
+impl Default for Effects {
+    /// All of them.
+    fn default() -> Self {
+        Self {
+            choppiness: 1.0,
+            slopes: true,
+            normals: Normals::default(),
+            jacobian: true,
+            velocity: true,
+            foam: Some(Foam::default()),
+        }
+    }
+}
+
 impl Effects {
     /// Whether a scene with these effects has a group of channels.
     pub fn has(&self, group: Group) -> bool {
@@ -99,11 +113,6 @@ pub struct Detail {
 }
 
 impl Detail {
-    /// Whether frames can be had every `interval` ticks.
-    pub fn allows_interval(&self, interval: i64) -> bool {
-        self.rate_hz.is_none_or(|rate| rate > 0 && interval * i64::from(rate) >= TICKS_PER_SECOND)
-    }
-
     /// # Errors
     /// [`SceneError::Bound`] for the first entry out of bounds, or that stands twice.
     pub(super) fn check(details: Vec<Self>) -> Result<Vec<Self>, SceneError> {

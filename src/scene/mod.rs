@@ -43,6 +43,8 @@ pub use swell::{Swell, SwellModel};
 pub use water::{DispersionLaw, Water};
 pub use wind::{DepthCorrection, WindModel, WindSea};
 
+use crate::wire::Group;
+
 /// Everything that, with a seed and a tick, decides the sea.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
@@ -72,4 +74,12 @@ pub struct Scene {
     pub detail: Vec<Detail>,
     /// After how long the sea repeats exactly.
     pub repeat: Repeat,
+}
+
+impl Scene {
+    /// The limit on a group of the cascade with this number, where there is one.
+    pub fn detail_of(&self, number: u8, group: Group) -> Option<&Detail> {
+        let place = number % CascadeRequest::MAX_PATCHES as u8;
+        self.detail.iter().find(|detail| (detail.cascade, detail.group) == (place, group))
+    }
 }

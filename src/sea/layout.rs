@@ -15,6 +15,9 @@ const UNRESOLVED: f64 = 0.004;
 const FINEST_M: f64 = 0.05;
 /// Winds below this, m/s, raise nothing that an automatic layout must hold: Hs of 2 mm.
 const LEAST_WIND: f64 = 0.3;
+/// Most levels of detail, and samples a side of the coarsest.
+const MAX_LEVELS: u8 = 8;
+const SMALLEST_LEVEL: usize = 8;
 /// Neighbouring bands overlap from this share of the edge up to the edge, and add to one in energy all the way.
 const OVERLAP: f64 = 0.9;
 
@@ -62,6 +65,18 @@ impl Cascade {
             false => f64::from(u8::from(k <= self.to_k)),
         };
         rise * fall
+    }
+
+    /// Levels of detail that it can be made at: halvings of its grid, down to 8 samples a side.
+    pub fn levels(&self) -> u8 {
+        (1..MAX_LEVELS).take_while(|level| self.n >> level >= SMALLEST_LEVEL).count() as u8 + 1
+    }
+
+    /// Samples a side of a level, and the highest mode that it holds: the spectrum is cut where the grid ends, so that
+    /// nothing folds back.
+    pub fn level(&self, level: u8) -> (usize, usize) {
+        let n = self.n >> level;
+        (n, self.half.min((n / 2).saturating_sub(1)))
     }
 
     /// Longest wavelength that it holds, metres.

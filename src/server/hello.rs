@@ -2,10 +2,12 @@
 
 use crate::control::Epoch;
 use crate::engine::{Counters, RATES_HZ, interval_of_rate, lead_ticks};
-use crate::scene::{Foam, Scene};
+use crate::scene::{Detail, Foam, Scene};
 use crate::sea::{Life, Timeline};
-use crate::tile::levels;
-use crate::wire::{Hello, HelloCascade, HelloLayout, Limits, MAX_MESSAGE_BYTES, Status, TICKS_PER_SECOND, WindStatus};
+use crate::wire::{
+    Group, Hello, HelloCascade, HelloDetail, HelloLayout, Limits, MAX_MESSAGE_BYTES, Status, TICKS_PER_SECOND,
+    WindStatus,
+};
 
 use super::settings::MAX_UNITS;
 
@@ -50,14 +52,20 @@ pub fn layout(timeline: &Timeline, tick: i64) -> HelloLayout {
         index: cascade.index,
         patch_m: cascade.patch_m,
         n: cascade.n as u32,
-        levels: levels(&cascade),
+        levels: cascade.levels(),
         wavelength_min_m: cascade.shortest_m(),
         wavelength_max_m: cascade.longest_m(),
         from_tick: from_tick.max(0),
         until_tick,
+        detail: Group::ALL.into_iter().filter_map(|group| detail(timeline.scene(), cascade.index, group)).collect(),
     };
     let cascades = timeline.lives().filter(|life| !life.is_over(tick)).map(cascade).collect();
     HelloLayout { generation: timeline.layout().generation, cascades }
+}
+
+fn detail(scene: &Scene, cascade: u8, group: Group) -> Option<HelloDetail> {
+    let Detail { finest_level, rate_hz, .. } = *scene.detail_of(cascade, group)?;
+    Some(HelloDetail { group, finest_level, rate_hz })
 }
 
 /// `status` at a tick. Sums the energies of all modes: call it off the async threads.

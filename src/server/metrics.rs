@@ -71,7 +71,8 @@ pub fn page(ocean: &Ocean) -> String {
     put("live_units", "gauge", "Units encoded now.", "", ocean.live_units() as f64);
     put("engine_alive", "gauge", "1 while the engine's thread lives.", "", f64::from(u8::from(ocean.is_ready())));
     put("steps_total", "counter", "Ticks made.", "", engine.steps as f64);
-    put("transforms_total", "counter", "Two-dimensional transforms.", "", engine.transforms as f64);
+    put("transforms_total", "counter", "Real fields transformed.", "", engine.work.transforms as f64);
+    put("transformed_samples_total", "counter", "Samples of those fields.", "", engine.work.samples as f64);
     put("step_seconds_total", "counter", "Seconds spent in steps.", "", engine.step_seconds);
     put("step_seconds", "gauge", "Seconds the last step took.", "", engine.step_ms / 1e3);
     put("frames_skipped_total", "counter", "Ticks passed over, too slow.", "", engine.skipped_frames as f64);

@@ -17,7 +17,8 @@ use super::seats::Seats;
 use super::settings::Settings;
 use super::subscriptions::Subscriptions;
 use crate::control::{Begun, Epoch, Store};
-use crate::engine::{Clock, Counters, Demand, Engine};
+use crate::engine::{Clock, Counters, Engine};
+use crate::plan::Demand;
 use crate::sea::{Layout, Timeline};
 use crate::wire::{Hello, Status, TICKS_PER_SECOND, UnitName};
 
@@ -285,12 +286,12 @@ impl Ocean {
 }
 
 impl Client {
-    /// Replaces this client's subscription and tells the engine. Returns what the client gets, in the order asked.
+    /// Replaces this client's subscription, units with their intervals, and tells the engine. Returns what the client gets, in the order asked.
     ///
     /// # Errors
     /// Index of the unit that can't be had.
-    pub fn subscribe(&self, interval: i64, units: &[UnitName]) -> Result<Vec<UnitName>, usize> {
-        self.ocean.wish(|subscriptions| subscriptions.replace(self.id, interval, units))
+    pub fn subscribe(&self, units: &[(UnitName, i64)]) -> Result<Vec<(UnitName, i64)>, usize> {
+        self.ocean.wish(|subscriptions| subscriptions.replace(self.id, units))
     }
 }
 

@@ -1,50 +1,77 @@
 //! What clients ask for, checked against the sea that is served.
 
-use crate::engine::RATES_HZ;
+use crate::engine::{RATES_HZ, interval_of_rate};
 use crate::sea::{Layout, Timeline};
-use crate::tile::levels;
-use crate::wire::{ClientError, ErrorCode, Group, MAX_TICK, ServerMessage, Subscribe, UnitName};
+use crate::wire::{ClientError, ErrorCode, Group, MAX_TICK, ServerMessage, Subscribe, UnitName, UnitRate};
 
 use super::settings::MAX_UNITS;
 
-/// Checks that every unit of a subscription exists. Gives those that can still come at `tick`: without units of
-/// cascades that have ended, which a client may ask for until it has read of it.
+/// Checks that every unit of a subscription exists. Gives those that can still come at `tick`, each with its interval:
+/// without units of cascades that have ended, which a client may ask for until it has read of it.
 ///
 /// # Errors
 /// [`ClientError`] naming the first field that is wrong, its value and its bound.
-pub fn check(subscribe: &Subscribe, timeline: &Timeline, tick: i64) -> Result<Vec<UnitName>, ClientError> {
-    if !RATES_HZ.contains(&subscribe.rate_hz) {
-        return Err(invalid("rate_hz".to_owned(), subscribe.rate_hz, &format!("one of {RATES_HZ:?}")));
-    }
+pub fn check(subscribe: &Subscribe, timeline: &Timeline, tick: i64) -> Result<Vec<(UnitName, i64)>, ClientError> {
+    check_rate("rate_hz", subscribe.rate_hz)?;
     if subscribe.units.len() > MAX_UNITS {
         return Err(invalid("units".to_owned(), subscribe.units.len(), &format!("at most {MAX_UNITS}")));
     }
     let mut units = Vec::with_capacity(subscribe.units.len());
     let before = timeline.layout().generation.checked_sub(1);
-    for (index, unit) in subscribe.units.iter().enumerate() {
+    for (index, UnitRate { unit, rate_hz }) in subscribe.units.iter().enumerate() {
+        let field = |name: &str| format!("units[{index}].{name}");
         let life = match timeline.life_of(unit.cascade) {
             Some((_, life)) => life,
             None if before.is_some_and(|before| Layout::numbers(before, unit.cascade)) => continue,
             None => {
                 let known: Vec<u8> = timeline.lives().map(|life| life.cascade.index).collect();
-                return Err(invalid(format!("units[{index}].cascade"), unit.cascade, &format!("one of {known:?}")));
+                return Err(invalid(field("cascade"), unit.cascade, &format!("one of {known:?}")));
             }
         };
-        if unit.level >= levels(&life.cascade) {
-            let below = format!("below {}", levels(&life.cascade));
-            return Err(invalid(format!("units[{index}].level"), unit.level, &below));
+        if unit.level >= life.cascade.levels() {
+            return Err(invalid(field("level"), unit.level, &format!("below {}", life.cascade.levels())));
         }
-        if !timeline.scene().effects.has(unit.group) {
-            let all = Group::ALL.into_iter().filter(|group| timeline.scene().effects.has(*group));
+        let scene = timeline.scene();
+        if !scene.effects.has(unit.group) {
+            let all = Group::ALL.into_iter().filter(|group| scene.effects.has(*group));
             let had: Vec<&str> = all.map(Group::name).collect();
             let bound = format!("one that this scene has: {}", had.join(", "));
-            return Err(invalid(format!("units[{index}].group"), unit.group.name(), &bound));
+            return Err(invalid(field("group"), unit.group.name(), &bound));
+        }
+        if let Some(rate) = rate_hz {
+            check_rate(&field("rate_hz"), *rate)?;
+        }
+        let mut rate = rate_hz.unwrap_or(subscribe.rate_hz);
+        if let Some(detail) = scene.detail_of(unit.cascade, unit.group) {
+            if unit.level < detail.finest_level {
+                let bound = format!("at least {}: the scene has no finer {}", detail.finest_level, unit.group.name());
+                return Err(invalid(field("level"), unit.level, &bound));
+            }
+            match (detail.rate_hz, rate_hz) {
+                (Some(0), _) => {
+                    let bound = format!("another: the scene has none of cascade {}", unit.cascade);
+                    return Err(invalid(field("group"), unit.group.name(), &bound));
+                }
+                (Some(most), Some(asked)) if *asked > most => {
+                    return Err(invalid(field("rate_hz"), asked, &format!("at most {most}: the scene has no more")));
+                }
+                // Who names no rate of its own gets as much as there is.
+                (Some(most), _) => rate = rate.min(most),
+                (None, _) => {}
+            }
         }
         if !life.is_over(tick) {
-            units.push(*unit);
+            units.push((*unit, interval_of_rate(rate)));
         }
     }
     Ok(units)
+}
+
+fn check_rate(field: &str, rate_hz: u32) -> Result<(), ClientError> {
+    if RATES_HZ.contains(&rate_hz) {
+        return Ok(());
+    }
+    Err(invalid(field.to_owned(), rate_hz, &format!("one of {RATES_HZ:?}")))
 }
 
 /// A refusal as it is sent.

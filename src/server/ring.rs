@@ -121,13 +121,19 @@ fn size(batch: &Batch) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::Work;
     use crate::wire::{ErrorClass, Group};
 
     const UNIT: UnitName = UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group: Group::Slopes };
 
     fn push(ring: &Ring, tick: i64) {
         let frame = Bytes::from(tick.to_le_bytes().to_vec());
-        ring.push(Batch { tick, frames: vec![(UNIT, frame.clone()), (UNIT, frame)], refused: 0, transforms: 0 });
+        ring.push(Batch {
+            tick,
+            frames: vec![(UNIT, frame.clone()), (UNIT, frame)],
+            refused: 0,
+            work: Work::default(),
+        });
     }
 
     fn ticks(ring: &Ring, cursor: &mut Cursor, stale: i64, budget: usize) -> (Vec<i64>, bool) {

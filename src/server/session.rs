@@ -25,7 +25,7 @@ use crate::engine::interval_of_rate;
 use crate::sea::Layout;
 use crate::wire::{
     ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, ServerMessage, Subscribe, Subscribed, TICKS_PER_SECOND,
-    TimeAnswer, UnitName,
+    TimeAnswer, UnitName, UnitRate,
 };
 
 /// Most answers that wait for the socket; a client that asks for more without reading is closed.
@@ -90,9 +90,8 @@ struct Session {
     stream: Stream,
     reader: Reader,
     lane: VecDeque<Answer>,
-    interval: i64,
-    /// In order, each with the first tick that is sent of it.
-    units: Vec<(UnitName, i64)>,
+    /// In order.
+    units: Vec<Flow>,
     cursor: Cursor,
     /// The tick up to which the allowance of subscriptions is used up.
     subscribed_until: i64,
@@ -102,6 +101,14 @@ struct Session {
     /// Beats of the server at which the client was last heard, and pinged.
     heard: u64,
     pinged: u64,
+}
+
+/// A unit that is sent: every multiple of its interval from the first tick on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Flow {
+    unit: UnitName,
+    interval: i64,
+    first: i64,
 }
 
 /// What a look at the socket gave.
@@ -121,7 +128,6 @@ impl Session {
             stream,
             reader,
             lane: VecDeque::from([Answer::Text(Message::text(hello))]),
-            interval: 1,
             units: Vec::new(),
             cursor: Cursor::default(),
             subscribed_until: i64::MIN,
@@ -201,7 +207,7 @@ impl Session {
                 return Err(OVERFLOW);
             }
             // Its units so far are of layouts before: those of a number that the new one has are of one long gone.
-            self.units.retain(|(unit, _)| !news.layouts.iter().any(|new| Layout::numbers(*new, unit.cascade)));
+            self.units.retain(|flow| !news.layouts.iter().any(|new| Layout::numbers(*new, flow.unit.cascade)));
             news.changes.into_iter().chain(news.status).for_each(|message| self.send(message));
         }
         if beats - self.pinged >= self.ocean.settings.ping.as_secs() {
@@ -211,10 +217,10 @@ impl Session {
         if self.units.is_empty() {
             return Ok(());
         }
-        let (units, interval, stream) = (&self.units, self.interval, &mut self.stream);
+        let (units, stream) = (&self.units, &mut self.stream);
         let wants = |unit: &UnitName, tick: i64| {
-            let held = || units.binary_search_by_key(unit, |(unit, _)| *unit).is_ok_and(|at| units[at].1 <= tick);
-            tick % interval == 0 && held()
+            let flow = units.binary_search_by_key(unit, |flow| flow.unit).map(|at| units[at]);
+            flow.is_ok_and(|flow| tick % flow.interval == 0 && flow.first <= tick)
         };
         let stale = self.ocean.tick() - STALE;
         let taken = self.ocean.ring.take(&mut self.cursor, stale, BURST, wants, |frame| {
@@ -289,23 +295,29 @@ impl Session {
             return Err(ClientError { code: ErrorCode::Unavailable, field: None, detail });
         }
         self.subscribed_until = used;
-        let interval = interval_of_rate(subscribe.rate_hz);
-        let granted = self.client.subscribe(interval, &asked);
-        let units = granted.map_err(|index| requests::unavailable(index, self.ocean.settings.live_units))?;
+        let granted = self.client.subscribe(&asked);
+        let granted = granted.map_err(|index| requests::unavailable(index, self.ocean.settings.live_units))?;
         // Read after the engine was told: frames up to here may have left without the new units.
-        let from_tick = ((self.ocean.tick() + lead()) / interval + 1) * interval;
+        let begun = self.ocean.tick() + lead();
         let held = std::mem::take(&mut self.units);
+        let flow = |(unit, interval): &(UnitName, i64)| {
+            let first = (begun / interval + 1) * interval;
+            // A unit that goes on flows without a gap.
+            let known = held.binary_search_by_key(unit, |flow| flow.unit).map(|at| held[at].first);
+            Flow { unit: *unit, interval: *interval, first: known.unwrap_or(first) }
+        };
+        self.units = granted.iter().map(flow).collect();
+        // Of a unit that was asked for twice the shorter interval stays.
+        self.units.sort_unstable();
+        self.units.dedup_by_key(|flow| flow.unit);
+        let slowest = interval_of_rate(subscribe.rate_hz);
+        let from_tick = granted.iter().map(|(_, interval)| (begun / interval + 1) * interval).min();
+        let from_tick = from_tick.unwrap_or((begun / slowest + 1) * slowest);
         if held.is_empty() {
             self.cursor = self.ocean.ring.at(from_tick);
         }
-        let first = |unit: &UnitName| {
-            // A unit that goes on flows without a gap.
-            held.binary_search_by_key(unit, |(unit, _)| *unit).map_or(from_tick, |at| held[at].1)
-        };
-        self.units = units.iter().map(|unit| (*unit, first(unit))).collect();
-        self.units.sort_unstable();
-        self.units.dedup();
-        self.interval = interval;
+        let rate = |interval: i64| Some((TICKS_PER_SECOND / interval) as u32).filter(|rate| *rate != subscribe.rate_hz);
+        let units = granted.into_iter().map(|(unit, interval)| UnitRate { unit, rate_hz: rate(interval) }).collect();
         Ok(Subscribed { id: subscribe.id, rate_hz: subscribe.rate_hz, units, from_tick })
     }
 }

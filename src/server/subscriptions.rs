@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::engine::Demand;
+use crate::plan::Demand;
 use crate::wire::{ErrorClass, UnitName};
 
 /// Wishes of all clients.
@@ -12,11 +12,8 @@ pub struct Subscriptions {
     by_client: BTreeMap<u64, Wish>,
 }
 
-#[derive(Clone, Debug)]
-struct Wish {
-    interval: i64,
-    units: Vec<UnitName>,
-}
+/// Units, each with the interval in ticks at which it is wanted.
+type Wish = Vec<(UnitName, i64)>;
 
 impl Subscriptions {
     /// No wishes; at most `most` units are live at a time.
@@ -24,16 +21,16 @@ impl Subscriptions {
         Self { most, by_client: BTreeMap::new() }
     }
 
-    /// Replaces a client's wish. A unit above the limit is replaced by the next finer one that is live. Returns what
-    /// the client gets, in the order asked.
+    /// Replaces a client's wish: units, each with its interval in ticks. A unit above the limit is replaced by the next
+    /// finer one that is live. Returns what the client gets, in the order asked.
     ///
     /// # Errors
     /// Index of the unit that can't be had; the wish that the client had before stands.
-    pub fn replace(&mut self, client: u64, interval: i64, asked: &[UnitName]) -> Result<Vec<UnitName>, usize> {
+    pub fn replace(&mut self, client: u64, asked: &[(UnitName, i64)]) -> Result<Vec<(UnitName, i64)>, usize> {
         let others = self.by_client.iter().filter(|(id, _)| **id != client);
-        let mut live: BTreeSet<UnitName> = others.flat_map(|(_, wish)| wish.units.iter().copied()).collect();
+        let mut live: BTreeSet<UnitName> = others.flat_map(|(_, wish)| wish.iter().map(|(unit, _)| *unit)).collect();
         let mut units = Vec::with_capacity(asked.len());
-        for (index, unit) in asked.iter().enumerate() {
+        for (index, (unit, interval)) in asked.iter().enumerate() {
             let unit = if live.contains(unit) || live.len() < self.most {
                 *unit
             } else {
@@ -41,19 +38,19 @@ impl Subscriptions {
                 finer.map(|class| UnitName { class: *class, ..*unit }).find(|unit| live.contains(unit)).ok_or(index)?
             };
             live.insert(unit);
-            units.push(unit);
+            units.push((unit, *interval));
         }
         if units.is_empty() {
             self.by_client.remove(&client);
         } else {
-            self.by_client.insert(client, Wish { interval, units: units.clone() });
+            self.by_client.insert(client, units.clone());
         }
         Ok(units)
     }
 
     /// Forgets units of which nothing will come any more.
     pub fn forget(&mut self, gone: impl Fn(&UnitName) -> bool) {
-        self.by_client.values_mut().for_each(|wish| wish.units.retain(|unit| !gone(unit)));
+        self.by_client.values_mut().for_each(|wish| wish.retain(|(unit, _)| !gone(unit)));
     }
 
     /// Forgets a client.
@@ -64,10 +61,8 @@ impl Subscriptions {
     /// Every live unit at the smallest interval that somebody wants.
     pub fn demand(&self) -> Demand {
         let mut demand = Demand::new();
-        for wish in self.by_client.values() {
-            for unit in &wish.units {
-                demand.entry(*unit).and_modify(|least| *least = wish.interval.min(*least)).or_insert(wish.interval);
-            }
+        for (unit, interval) in self.by_client.values().flatten() {
+            demand.entry(*unit).and_modify(|least| *least = (*interval).min(*least)).or_insert(*interval);
         }
         demand
     }
@@ -86,25 +81,26 @@ mod tests {
     fn demand_is_the_union_at_the_smallest_interval() {
         let mut all = Subscriptions::new(64);
         let (a, b) = (unit(0, ErrorClass::Millimetre), unit(1, ErrorClass::Millimetre));
-        all.replace(1, 480, &[a, b]).unwrap();
-        all.replace(2, 120, &[b]).unwrap();
+        all.replace(1, &[(a, 480), (b, 240)]).unwrap();
+        all.replace(2, &[(b, 120)]).unwrap();
         assert_eq!(all.demand(), Demand::from([(a, 480), (b, 120)]));
         all.remove(2);
-        assert_eq!(all.demand(), Demand::from([(a, 480), (b, 480)]));
-        all.replace(1, 240, &[]).unwrap();
+        assert_eq!(all.demand(), Demand::from([(a, 480), (b, 240)]));
+        all.replace(1, &[]).unwrap();
         assert!(all.demand().is_empty());
     }
 
     #[test]
     fn at_the_limit_the_next_finer_live_class_serves() {
         let mut all = Subscriptions::new(2);
-        let (finest, fine) = (unit(0, ErrorClass::HalfMillimetre), unit(0, ErrorClass::Millimetre));
-        all.replace(1, 480, &[finest, fine]).unwrap();
-        let coarse = unit(0, ErrorClass::TwentyMillimetres);
-        assert_eq!(all.replace(2, 480, &[coarse]), Ok(vec![fine]), "the next finer, not the finest");
-        assert_eq!(all.replace(3, 480, &[fine, unit(1, ErrorClass::Millimetre)]), Err(1));
+        let one = |level, class| (unit(level, class), 480);
+        let (finest, fine) = (one(0, ErrorClass::HalfMillimetre), one(0, ErrorClass::Millimetre));
+        all.replace(1, &[finest, fine]).unwrap();
+        let coarse = one(0, ErrorClass::TwentyMillimetres);
+        assert_eq!(all.replace(2, &[coarse]), Ok(vec![fine]), "the next finer, not the finest");
+        assert_eq!(all.replace(3, &[fine, one(1, ErrorClass::Millimetre)]), Err(1));
         // A client's own units make room for what replaces them.
         all.remove(2);
-        assert_eq!(all.replace(1, 480, &[coarse]), Ok(vec![coarse]));
+        assert_eq!(all.replace(1, &[coarse]), Ok(vec![coarse]));
     }
 }

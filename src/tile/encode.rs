@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use thiserror::Error;
 
-use super::level::{Tile, averages, row_of, samples, tiles_per_side};
+use super::level::{Tile, averages, row_of, tiles_per_side};
 use super::quantise::{Found, quantise, quantiser_step};
 use crate::wire::{CODEC_I16, FLAG_KEY, FLAG_SATURATED, FrameHeader, Group, HEADER_BYTES, MAGIC, TILE, UnitName};
 
@@ -31,13 +31,14 @@ pub enum EncodeError {
     },
 }
 
-/// Encodes one unit: one frame per tile. `planes` are the group's channels, each n x n, `[z][x]`.
+/// Encodes one unit: one frame per tile. `n` is the side of the full grid; `planes` are the group's channels, `[z][x]`,
+/// each of the unit's level, but foam's of the full grid.
 ///
 /// # Errors
 /// [`EncodeError::NotFinite`].
 ///
 /// # Panics
-/// If there are fewer planes than the group has channels, or one is not n x n.
+/// If there are fewer planes than the group has channels, or one is not of its grid.
 pub fn encode(unit: UnitName, n: usize, planes: &[&[f32]], stamp: Stamp) -> Result<Vec<Bytes>, EncodeError> {
     let level_n = n >> unit.level;
     let tiles = tiles_per_side(level_n);
@@ -57,10 +58,8 @@ fn encode_tile(unit: UnitName, n: usize, planes: &[&[f32]], stamp: Stamp, tile: 
         let mut found = Found::default();
         for (row, counts) in counts.chunks_exact_mut(tile.side * 2).enumerate() {
             found = found.and(match (unit.group, stride) {
-                // The common case on its own, since it is four times faster without a stride.
-                (_, 1) => quantise(row_of(plane, n, tile, row).iter().copied(), step, counts),
-                (Group::Foam, _) => quantise(averages(plane, n, stride, tile, row), step, counts),
-                _ => quantise(samples(plane, n, stride, tile, row), step, counts),
+                (Group::Foam, 2..) => quantise(averages(plane, n, stride, tile, row), step, counts),
+                _ => quantise(row_of(plane, n >> unit.level, tile, row).iter().copied(), step, counts),
             });
         }
         if found.not_finite {

@@ -1,39 +1,19 @@
-//! Levels of detail: halvings of a grid that lose no wave, and the tiles a level is cut into.
+//! The tiles that a level of detail is cut into, and averages for the one field that is no sum of waves.
 
-use crate::sea::Cascade;
 use crate::wire::TILE;
-
-/// Smallest side of a level.
-const SMALLEST: usize = 8;
-
-/// Levels that a cascade can be asked at. Its band ends well below Nyquist, so taking every second sample loses
-/// nothing as long as the highest mode stays below the coarser grid's Nyquist.
-pub fn levels(cascade: &Cascade) -> u8 {
-    let holds = |level: u8| {
-        let n = cascade.n >> level;
-        n >= SMALLEST && cascade.half < n / 2
-    };
-    (1..8).take_while(|level| holds(*level)).count() as u8 + 1
-}
 
 /// Tiles along a side of a level with `n` samples a side.
 pub fn tiles_per_side(n: usize) -> usize {
     n.div_ceil(TILE)
 }
 
-/// Row `row` of a tile of the full grid.
+/// Row `row` of a tile, out of a plane of `n` x `n`.
 pub fn row_of(plane: &[f32], n: usize, tile: Tile, row: usize) -> &[f32] {
     &plane[(tile.z * tile.side + row) * n + tile.x * tile.side..][..tile.side]
 }
 
-/// Row `row` of a tile, out of a plane of `n` x `n`, taking every `stride`-th sample.
-pub fn samples(plane: &[f32], n: usize, stride: usize, tile: Tile, row: usize) -> impl Iterator<Item = f32> {
-    let first = (tile.z * tile.side + row) * stride * n + tile.x * tile.side * stride;
-    plane[first..first + (tile.side - 1) * stride + 1].iter().step_by(stride).copied()
-}
-
-/// The same as averages around every `stride`-th sample: for foam, whose edges are no band-limited waves. Weights
-/// fall linearly to nothing at the neighbouring samples, so the averages add up to the whole.
+/// Row `row` of a tile of averages around every `stride`-th sample of a plane of `n` x `n`: for foam, whose edges are no
+/// band-limited waves. Weights fall linearly to nothing at the neighbouring samples, so the averages add up to the whole.
 pub fn averages(plane: &[f32], n: usize, stride: usize, tile: Tile, row: usize) -> impl Iterator<Item = f32> {
     let reach = stride as isize;
     let weight = move |d: isize| (reach - d.abs()) as f32 / (reach * reach) as f32;

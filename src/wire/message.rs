@@ -21,6 +21,23 @@ pub struct UnitName {
     pub group: Group,
 }
 
+/// A unit and how often it comes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct UnitRate {
+    /// The unit.
+    #[serde(flatten)]
+    pub unit: UnitName,
+    /// Frames a second; `None`: those of the subscription.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<u32>,
+}
+
+impl From<UnitName> for UnitRate {
+    fn from(unit: UnitName) -> Self {
+        Self { unit, rate_hz: None }
+    }
+}
+
 /// A client asks for units at a rate; replaces what it asked before.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Subscribe {
@@ -29,7 +46,7 @@ pub struct Subscribe {
     /// Frames a second.
     pub rate_hz: u32,
     /// What to send.
-    pub units: Vec<UnitName>,
+    pub units: Vec<UnitRate>,
 }
 
 /// A client asks for the server's time.
@@ -94,6 +111,21 @@ pub struct HelloCascade {
     pub from_tick: i64,
     /// ... and no more from this one on; `None` while no change of layout ends it.
     pub until_tick: Option<i64>,
+    /// Groups that can't be had as fine or as often as any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub detail: Vec<HelloDetail>,
+}
+
+/// How fine and how often a group of a cascade can be had.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HelloDetail {
+    /// The group.
+    pub group: Group,
+    /// The finest level.
+    pub finest_level: u8,
+    /// The highest rate, frames a second, 0 for none at all; absent: as high as any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<u32>,
 }
 
 impl HelloCascade {
@@ -207,7 +239,7 @@ pub struct Subscribed {
     /// Frames a second.
     pub rate_hz: u32,
     /// What will be sent, in the order asked.
-    pub units: Vec<UnitName>,
+    pub units: Vec<UnitRate>,
     /// The first tick whose frames will come.
     pub from_tick: i64,
 }

@@ -10,8 +10,8 @@ mod vocabulary;
 
 pub use frame::{FLAG_KEY, FLAG_SATURATED, FrameError, FrameHeader, HEADER_BYTES, MAGIC, split};
 pub use message::{
-    ClassInfo, ClientError, ClientMessage, ErrorCode, GroupInfo, Hello, HelloCascade, HelloLayout, Limits,
-    MAX_MESSAGE_BYTES, ServerMessage, Status, Subscribe, Subscribed, Time, TimeAnswer, UnitName, WindStatus,
+    ClassInfo, ClientError, ClientMessage, ErrorCode, GroupInfo, Hello, HelloCascade, HelloDetail, HelloLayout, Limits,
+    MAX_MESSAGE_BYTES, ServerMessage, Status, Subscribe, Subscribed, Time, TimeAnswer, UnitName, UnitRate, WindStatus,
     WireChange, WireChangeKind,
 };
 pub use parse::ServerTextError;

@@ -6,7 +6,7 @@ use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use thiserror::Error;
 
 use super::message::{
-    ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, ServerMessage, Subscribe, Time, UnitName,
+    ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, ServerMessage, Subscribe, Time, UnitName, UnitRate,
 };
 use super::vocabulary::{ErrorClass, Group, MAX_TICK};
 
@@ -76,19 +76,22 @@ impl ClientMessage {
     }
 }
 
-fn units(value: &Json) -> Result<Vec<UnitName>, ClientError> {
+fn units(value: &Json) -> Result<Vec<UnitRate>, ClientError> {
     let Json::List(items) = value else {
         return Err(malformed("units", format!("is {value}, must be an array")));
     };
     let unit = |(index, item): (usize, &Json)| {
         let path = format!("units[{index}]");
-        let [cascade, level, class, group] = fields(item, &path, ["cascade", "level", "class", "group"])?;
-        Ok(UnitName {
+        let ([cascade, level, class, group], [rate_hz]) =
+            fields_and(item, &path, ["cascade", "level", "class", "group"], ["rate_hz"])?;
+        let unit = UnitName {
             cascade: whole(cascade, &format!("{path}.cascade"), 255)? as u8,
             level: whole(level, &format!("{path}.level"), 255)? as u8,
             class: named(class, &format!("{path}.class"), ErrorClass::ALL.map(|c| (c.name(), c)))?,
             group: named(group, &format!("{path}.group"), Group::ALL.map(|g| (g.name(), g)))?,
-        })
+        };
+        let rate = |rate| whole(rate, &format!("{path}.rate_hz"), u64::from(u32::MAX)).map(|rate| rate as u32);
+        Ok(UnitRate { unit, rate_hz: rate_hz.map(rate).transpose()? })
     };
     items.iter().enumerate().map(unit).collect()
 }
@@ -107,24 +110,38 @@ fn kind(message: &Json) -> Result<&str, ClientError> {
 
 /// The values of exactly these fields of an object, each of which must stand once and beside no other.
 fn fields<'a, const N: usize>(value: &'a Json, path: &str, names: [&str; N]) -> Result<[&'a Json; N], ClientError> {
+    fields_and(value, path, names, []).map(|(found, [])| found)
+}
+
+type Found<'a, const N: usize, const M: usize> = ([&'a Json; N], [Option<&'a Json>; M]);
+
+/// The same, and of fields that may be left out.
+fn fields_and<'a, const N: usize, const M: usize>(
+    value: &'a Json,
+    path: &str,
+    names: [&str; N],
+    optional: [&str; M],
+) -> Result<Found<'a, N, M>, ClientError> {
     let Json::Object(entries) = value else {
         return Err(malformed(path, format!("is {value}, must be an object")));
     };
     let at = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
-    let mut found = [None; N];
+    let (mut found, mut also) = ([None; N], [None; M]);
     for (key, value) in entries {
-        let Some(slot) = names.iter().position(|name| name == key) else {
+        let slot = names.iter().position(|name| name == key).map(|slot| &mut found[slot]);
+        let Some(slot) = slot.or(optional.iter().position(|name| name == key).map(|slot| &mut also[slot])) else {
             let key = beginning(key);
-            return Err(malformed(&at(&key), format!("is unknown, must be one of {}", names.join(", "))));
+            let known = names.into_iter().chain(optional).collect::<Vec<_>>().join(", ");
+            return Err(malformed(&at(&key), format!("is unknown, must be one of {known}")));
         };
-        if found[slot].replace(value).is_some() {
+        if slot.replace(value).is_some() {
             return Err(malformed(&at(key), "stands twice".to_owned()));
         }
     }
     if let Some(slot) = found.iter().position(Option::is_none) {
         return Err(malformed(&at(names[slot]), "is missing".to_owned()));
     }
-    Ok(found.map(|value| value.expect("no slot is empty")))
+    Ok((found.map(|value| value.expect("no slot is empty")), also))
 }
 
 fn whole(value: &Json, field: &str, most: u64) -> Result<u64, ClientError> {

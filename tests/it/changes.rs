@@ -1,7 +1,8 @@
 //! A change of wind blends: nothing pops, overlapping changes included, and every server agrees.
 
 use swellcast::backend::{Backend, Cpu};
-use swellcast::engine::{Demand, Stepper};
+use swellcast::engine::Stepper;
+use swellcast::plan::Demand;
 use swellcast::plan::Field;
 use swellcast::scene::{Change, ChangeKind, Scene, preset};
 use swellcast::sea::Timeline;

@@ -3,7 +3,8 @@
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use swellcast::engine::{Batch, Clock, Demand, Engine, EngineSettings};
+use swellcast::engine::{Batch, Clock, Engine, EngineSettings};
+use swellcast::plan::Demand;
 use swellcast::scene::{Change, ChangeKind};
 use swellcast::sea::Timeline;
 use swellcast::wire::{ErrorClass, Group, UnitName, split};

@@ -4,13 +4,15 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use swellcast::backend::{Backend, Cpu};
-use swellcast::engine::{Demand, Stepper};
-use swellcast::plan::{CascadePlan, Field, FieldSet, FoamWork, Plan};
+use swellcast::engine::Stepper;
+use swellcast::plan::Demand;
+use swellcast::plan::{Field, FieldSet, FoamWork, Plan};
 use swellcast::scene::{Foam, Scene, preset};
 use swellcast::sea::Timeline;
 use swellcast::wire::{ErrorClass, Group, UnitName};
 
 use crate::random::Random;
+use crate::support::full;
 
 /// Mean share of the area that combined foam above .1 covers, over `seconds` after its memory is full.
 fn coverage(scene: &Scene, seconds: i64) -> f64 {
@@ -32,7 +34,7 @@ fn coverage(scene: &Scene, seconds: i64) -> f64 {
         // Cascades that never foam need not be asked.
         let plan = |threshold: f64| {
             let work = (threshold > 0.0).then_some(work);
-            CascadePlan::new(FieldSet::NONE, work, sea.choppiness)
+            full(FieldSet::NONE, work, sea.choppiness)
         };
         let plan = Plan { cascades: sea.cascades.iter().map(|c| plan(c.foam_threshold)).collect() };
         let surface = cpu.step(tick, &plan).unwrap();
@@ -90,7 +92,7 @@ fn a_loop_closes_to_the_last_bit_foam_included() {
         let timeline = Timeline::new(&scene);
         let planes = |tick: i64| {
             let mut stepper = Stepper::new(Box::new(Cpu::new(Some(1))), Arc::new(timeline.clone()), 1);
-            let fields = FieldSet::SPECTRAL.with(Field::Foam).with(Field::Jacobian);
+            let fields = FieldSet::of(&Field::ALL);
             let surface = stepper.surface(tick, fields).unwrap();
             let plane = |c: &swellcast::backend::CascadeSurface, field| -> Vec<u32> {
                 c.plane(field).unwrap().iter().map(|v| v.to_bits()).collect()

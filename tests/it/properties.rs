@@ -39,7 +39,7 @@ fn everything(timeline: &Timeline) -> Plan {
         advance: true,
     });
     let fields = FieldSet::of(&Field::ALL).difference(FieldSet::of(&[Field::Foam]));
-    let cascade = CascadePlan::new(fields, work, effects.choppiness);
+    let cascade = CascadePlan::new([(0, fields)], work, effects);
     Plan { cascades: vec![cascade; timeline.layout().cascades.len()] }
 }
 

@@ -205,7 +205,8 @@ async fn the_thin_client_goes_from_one_layout_to_the_next_without_a_gap() {
                     hellos.push(*hello);
                 }
                 Event::Subscribed(subscribed) => {
-                    playback = std::mem::take(&mut playback).renewed(hellos.last().unwrap(), &subscribed.units);
+                    let units: Vec<_> = subscribed.units.iter().map(|granted| granted.unit).collect();
+                    playback = std::mem::take(&mut playback).renewed(hellos.last().unwrap(), &units);
                 }
                 Event::Frame(frame, _) => {
                     playback.insert(frame).unwrap();

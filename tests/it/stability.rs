@@ -6,7 +6,8 @@ mod pairs;
 mod table;
 
 use swellcast::backend::{Backend, Cpu};
-use swellcast::engine::{Demand, Stepper};
+use swellcast::engine::Stepper;
+use swellcast::plan::Demand;
 use swellcast::plan::{Field, FieldSet};
 use swellcast::scene::{Scene, SceneError, SceneFile};
 use swellcast::sea::Timeline;
@@ -61,7 +62,7 @@ fn bounded(timeline: &Timeline, hs: f64, ticks: &[i64]) -> Result<(), String> {
         let name = backend.name();
         let mut stepper = Stepper::new(backend, timeline.clone().into(), 1);
         for &tick in ticks {
-            let fields = FieldSet::SPECTRAL.with(Field::Jacobian).with(Field::Foam);
+            let fields = FieldSet::of(&Field::ALL);
             let surface = stepper.surface(tick, fields).map_err(|e| e.to_string())?;
             let mut highest = 0.0;
             for (index, cascade) in surface.cascades.iter().enumerate() {

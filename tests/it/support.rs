@@ -1,8 +1,8 @@
 //! Scenes and steps that several test modules use.
 
 use swellcast::backend::{Backend, Cpu};
-use swellcast::plan::{CascadePlan, Field, FieldSet, Plan};
-use swellcast::scene::{Scene, SceneFile};
+use swellcast::plan::{CascadePlan, Field, FieldSet, FoamWork, Plan};
+use swellcast::scene::{Effects, Scene, SceneFile};
 use swellcast::sea::{Sea, Timeline};
 
 /// One day and ten years, in ticks.
@@ -24,8 +24,13 @@ pub fn wind_sea(speed: f64, n: usize, patches_m: &[f64]) -> Scene {
 
 /// A plan for these fields of every cascade, without foam.
 pub fn plan(sea: &Sea, fields: &[Field]) -> Plan {
-    let cascade = CascadePlan::new(FieldSet::of(fields), None, sea.choppiness);
+    let cascade = full(FieldSet::of(fields), None, sea.choppiness);
     Plan { cascades: vec![cascade; sea.cascades.len()] }
+}
+
+/// Work for these fields of the full grid.
+pub fn full(fields: FieldSet, foam: Option<FoamWork>, choppiness: f64) -> CascadePlan {
+    CascadePlan::new([(0, fields)], foam, &Effects { choppiness, ..Effects::default() })
 }
 
 /// Fields of one cascade at a tick, by the CPU backend.

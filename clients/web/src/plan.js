@@ -24,7 +24,10 @@ export function planUnits(hello, wish) {
   const units = [];
   for (const group of WANTED.filter((g) => offered.includes(g))) {
     for (const cascade of hello.layout.cascades) {
-      units.push({ cascade: cascade.index, level: Math.min(wish.level, cascade.levels - 1), class: kind, group });
+      const most = (cascade.detail ?? []).find((d) => d.group === group);
+      if (most?.rate_hz === 0) continue;
+      const level = Math.min(Math.max(wish.level, most?.finest_level ?? 0), cascade.levels - 1);
+      units.push({ cascade: cascade.index, level, class: kind, group });
     }
   }
   const { units: most = units.length, message_bytes: bytes = Infinity } = hello.limits;

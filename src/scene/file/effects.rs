@@ -44,18 +44,7 @@ pub struct TrochoidFile {
 
 impl Default for EffectsFile {
     fn default() -> Self {
-        let foam = Foam::default();
-        Self {
-            choppiness: 1.0,
-            slopes: true,
-            normals: Normals::default(),
-            jacobian: true,
-            velocity: true,
-            foam: true,
-            foam_growth_s: foam.growth_s,
-            foam_decay_s: foam.decay_s,
-            foam_gain: foam.gain,
-        }
+        Self::from(&Effects::default())
     }
 }
 

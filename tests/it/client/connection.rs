@@ -117,7 +117,9 @@ fn everything_a_server_says_becomes_an_event() {
         let (mut frames, mut heard) = (0, vec![]);
         let closed = loop {
             match connection.next().await {
-                Event::Subscribed(subscribed) => assert_eq!((subscribed.id, subscribed.units), (id, vec![unit()])),
+                Event::Subscribed(subscribed) => {
+                    assert_eq!((subscribed.id, subscribed.units), (id, vec![unit().into()]))
+                }
                 Event::Frame(tile, bytes) => {
                     let sample = &samples()[frames];
                     assert_eq!(bytes, sample.bytes().len());

@@ -1,7 +1,8 @@
 //! Every number of a scene, in turn, as anything that a file can say.
 
 use serde_json::Value;
-use swellcast::scene::{MeasuredFile, PRESETS, ReplayFile, SceneFile, Swell, WindFile};
+use swellcast::scene::{Detail, MeasuredFile, PRESETS, ReplayFile, SceneFile, Swell, WindFile};
+use swellcast::wire::Group;
 
 use super::{build, holds};
 use crate::support::DAY;
@@ -25,6 +26,7 @@ fn whole() -> SceneFile {
         }),
         ..SceneFile::from_toml(PRESETS[0].1).unwrap()
     };
+    file.detail = vec![Detail { cascade: 0, group: Group::Slopes, finest_level: 1, rate_hz: Some(30) }];
     file.water.depth_m = Some(50.0);
     file.cascades.n = Some(16);
     file.cascades.patches_m = vec![200.0];

@@ -20,7 +20,7 @@ pub fn all() -> Vec<Bad> {
         ("magic", "magic", "the magic is SWF2", with(&|h| h.magic = *b"SWF2")),
         ("header-bytes", "header_bytes", "the header says it is 96 bytes", with(&|h| h.header_bytes = 96)),
         ("class", "class", "there is no class 4", with(&|h| h.class = 4)),
-        ("group", "group", "there is no group 4", with(&|h| h.group = 4)),
+        ("group", "group", "there is no group 9", with(&|h| h.group = 9)),
         ("codec", "codec", "there is no codec 1", with(&|h| h.codec = 1)),
         ("flags", "flags", "bit 2 of the flags is not defined", with(&|h| h.flags = 0b101)),
         ("n-zero", "n", "n is 0", with(&|h| (h.n, h.level_n, h.payload_bytes) = (0, 0, 0))),

@@ -62,8 +62,11 @@ pub fn bad_messages() -> Vec<BadMessage> {
     bad(malformed, Some("units[0]"), "a unit is a number", &unit("0"));
     bad(malformed, Some("units[0].group"), "a unit without group", &unit(r#"{"cascade":0,"level":0,"class":"1mm"}"#));
     for (field, why, wrong) in [
-        ("units[0].rate_hz", "a unit with a field that is not known", {
-            r#"{"cascade":0,"level":0,"class":"1mm","group":"foam","rate_hz":15}"#
+        ("units[0].rate", "a unit with a field that is not known", {
+            r#"{"cascade":0,"level":0,"class":"1mm","group":"foam","rate":15}"#
+        }),
+        ("units[0].rate_hz", "a unit's rate is a string", {
+            r#"{"cascade":0,"level":0,"class":"1mm","group":"foam","rate_hz":"15"}"#
         }),
         ("units[0].level", "a level stands twice", r#"{"cascade":0,"level":0,"level":1,"class":"1mm","group":"foam"}"#),
         ("units[0].class", "a class is an object", r#"{"cascade":0,"level":0,"class":{"1mm":null},"group":"foam"}"#),

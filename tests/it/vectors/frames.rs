@@ -76,6 +76,8 @@ pub fn samples() -> Vec<Sample> {
     let displacement = header(Group::Displacement, Millimetre, 8, 7200);
     let slopes = header(Group::Slopes, HalfMillimetre, 16, 480);
     let derivatives = header(Group::Derivatives, FiveMillimetres, 16, 7680);
+    let normals = header(Group::Normals, Millimetre, 16, 960);
+    let height = FrameHeader { level: 3, ..header(Group::Height, Millimetre, 8, 240) };
     let foam = header(Group::Foam, TwentyMillimetres, 8, 14400);
     let mut saturated = header(Group::Displacement, HalfMillimetre, 8, 720_000);
     saturated.flags |= FLAG_SATURATED;
@@ -96,6 +98,8 @@ pub fn samples() -> Vec<Sample> {
         ),
         sample("slopes-16", "two channels: the third step and max_error are zero", slopes, planes(&slopes, waves)),
         sample("derivatives-16", "three channels of both signs", derivatives, planes(&derivatives, waves)),
+        sample("normals-16", "a group of a later number", normals, planes(&normals, waves)),
+        sample("height-8", "one channel, of a level", height, planes(&height, ramp)),
         sample("foam-8", "one channel, none below zero", foam, planes(&foam, |_, x, z| (x * z) % 13)),
         sample("saturated-8", "the largest and smallest counts; max_error does not hold", saturated, {
             planes(&saturated, edges)

@@ -2,9 +2,9 @@
 
 use serde_json::json;
 use swellcast::wire::{
-    ClientMessage, ErrorClass, ErrorCode, Group, Hello, HelloCascade, HelloLayout, Limits, MAX_MESSAGE_BYTES, MAX_TICK,
-    ServerMessage, Status, Subscribe, Subscribed, TICKS_PER_SECOND, Time, TimeAnswer, UnitName, WindStatus, WireChange,
-    WireChangeKind,
+    ClientMessage, ErrorClass, ErrorCode, Group, Hello, HelloCascade, HelloDetail, HelloLayout, Limits,
+    MAX_MESSAGE_BYTES, MAX_TICK, ServerMessage, Status, Subscribe, Subscribed, TICKS_PER_SECOND, Time, TimeAnswer,
+    UnitName, UnitRate, WindStatus, WireChange, WireChangeKind,
 };
 
 fn unit(cascade: u8, level: u8, class: ErrorClass, group: Group) -> UnitName {
@@ -18,7 +18,15 @@ pub fn from_clients() -> Vec<(&'static str, ClientMessage, String)> {
         unit(0, 0, ErrorClass::HalfMillimetre, Group::Slopes),
         unit(1, 2, ErrorClass::FiveMillimetres, Group::Derivatives),
         unit(255, 255, ErrorClass::TwentyMillimetres, Group::Foam),
+        unit(0, 1, ErrorClass::Millimetre, Group::Height),
+        unit(0, 1, ErrorClass::Millimetre, Group::Velocity),
+        unit(0, 1, ErrorClass::Millimetre, Group::Jacobian),
+        unit(0, 1, ErrorClass::Millimetre, Group::Stretch),
+        unit(0, 1, ErrorClass::Millimetre, Group::Normals),
     ];
+    let units: Vec<UnitRate> = units.into_iter().map(UnitRate::from).collect();
+    let rates: Vec<UnitRate> =
+        units.iter().zip([Some(60), None, Some(15)]).map(|(unit, rate_hz)| UnitRate { rate_hz, ..*unit }).collect();
     let subscribe = |id, rate_hz, units| ClientMessage::Subscribe(Subscribe { id, rate_hz, units });
     let time = |t0| ClientMessage::Time(Time { t0 });
     let written = |name, message: ClientMessage| {
@@ -27,6 +35,7 @@ pub fn from_clients() -> Vec<(&'static str, ClientMessage, String)> {
     };
     vec![
         written("subscribe to every class and group", subscribe(1, 15, units.clone())),
+        written("subscribe to units at rates of their own", subscribe(4, 30, rates)),
         written("stop the flow", subscribe(2, 30, vec![])),
         written("the largest id", subscribe(MAX_TICK as u64, 60, vec![])),
         written("a time of microseconds", time(1_234_567.0)),
@@ -55,6 +64,7 @@ pub fn from_server() -> Vec<(&'static str, ServerMessage)> {
         wavelength_max_m: patch_m,
         from_tick: 0,
         until_tick: None,
+        detail: vec![],
     };
     let hello = Hello {
         protocol: 1,
@@ -102,10 +112,15 @@ pub fn from_server() -> Vec<(&'static str, ServerMessage)> {
         field: field.map(str::to_owned),
         id,
     };
-    let units = vec![unit(0, 0, ErrorClass::HalfMillimetre, Group::Displacement)];
+    let units = vec![
+        unit(0, 0, ErrorClass::HalfMillimetre, Group::Displacement).into(),
+        UnitRate { unit: unit(1, 1, ErrorClass::Millimetre, Group::Normals), rate_hz: Some(60) },
+    ];
     let (begins, ends) = (hello.tick + 7200, hello.tick + 7200 + 72_000 + 1440);
     let old = HelloCascade { until_tick: Some(ends), ..cascade(0, 250.0, 256, 4) };
-    let new = HelloCascade { from_tick: begins, ..cascade(8, 120.0, 128, 3) };
+    let detail = |group, finest_level, rate_hz| HelloDetail { group, finest_level, rate_hz };
+    let detail = vec![detail(Group::Displacement, 1, Some(15)), detail(Group::Slopes, 2, None)];
+    let new = HelloCascade { from_tick: begins, detail, ..cascade(8, 120.0, 128, 3) };
     let changing =
         Hello { layout: HelloLayout { generation: 3, cascades: vec![old, new] }, sequence: 2, ..hello.clone() };
     let patches = WireChangeKind::Layout {

@@ -1,0 +1,109 @@
+//! What subscribers want, and how long a wish outlives the one who had it.
+
+use std::collections::BTreeMap;
+
+use super::field::Field;
+use crate::wire::{Group, TICKS_PER_SECOND, UnitName};
+
+/// Each live unit and the smallest interval, in ticks, at which somebody wants it.
+pub type Demand = BTreeMap<UnitName, i64>;
+
+/// How long a unit is made when nobody wants it any more, ticks: a client that joins again, or asks anew, finds
+/// everything warm.
+pub const LINGER_TICKS: i64 = 2 * TICKS_PER_SECOND;
+
+/// Fields a group is made of, in the order of its channels.
+pub fn fields_of(group: Group) -> &'static [Field] {
+    match group {
+        Group::Displacement => &[Field::Dx, Field::Height, Field::Dz],
+        Group::Slopes => &[Field::SlopeX, Field::SlopeZ],
+        Group::Derivatives => &[Field::Dxx, Field::Dzz, Field::Dxz],
+        Group::Foam => &[Field::Foam],
+        Group::Height => &[Field::Height],
+        Group::Velocity => &[Field::VelocityX, Field::VelocityY, Field::VelocityZ],
+        Group::Jacobian => &[Field::Jacobian, Field::Eigenvalue],
+        Group::Stretch => &[Field::Dxx, Field::Dzz],
+        Group::Normals => &[Field::NormalX, Field::NormalZ],
+    }
+}
+
+/// Demand with hysteresis: it grows at once, and shrinks when it has been smaller for [`LINGER_TICKS`].
+#[derive(Clone, Debug, Default)]
+pub struct Lingering {
+    wanted: Demand,
+    /// What was wanted more before, each with the tick until which it is made.
+    leaving: Vec<(UnitName, i64, i64)>,
+}
+
+impl Lingering {
+    /// Takes what is wanted from `now` on. An interval that is not above 0 is no wish.
+    pub fn set(&mut self, mut wanted: Demand, now: i64) {
+        wanted.retain(|_, interval| *interval > 0);
+        for (unit, interval) in std::mem::replace(&mut self.wanted, wanted) {
+            if self.wanted.get(&unit).is_none_or(|now| *now > interval) {
+                self.leaving.push((unit, interval, now.saturating_add(LINGER_TICKS)));
+            }
+        }
+        // What is wanted as often again does not leave; a unit leaves once, with its latest wish.
+        let wanted = &self.wanted;
+        self.leaving.retain(|(unit, interval, _)| wanted.get(unit).is_none_or(|now| now > interval));
+        self.leaving.sort_by_key(|(unit, interval, until)| (*unit, *interval, -until));
+        self.leaving.dedup_by_key(|(unit, interval, _)| (*unit, *interval));
+    }
+
+    /// What is made at `now`.
+    pub fn at(&mut self, now: i64) -> Demand {
+        self.leaving.retain(|(_, _, until)| *until > now);
+        let mut demand = self.wanted.clone();
+        for (unit, interval, _) in &self.leaving {
+            demand.entry(*unit).and_modify(|least| *least = (*interval).min(*least)).or_insert(*interval);
+        }
+        demand
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::ErrorClass;
+
+    const fn unit(level: u8) -> UnitName {
+        UnitName { cascade: 0, level, class: ErrorClass::Millimetre, group: Group::Foam }
+    }
+
+    #[test]
+    fn demand_grows_at_once_and_shrinks_late() {
+        let mut demand = Lingering::default();
+        demand.set(Demand::from([(unit(0), 240)]), 0);
+        demand.set(Demand::from([(unit(0), 120), (unit(1), 480)]), 10);
+        assert_eq!(demand.at(10), Demand::from([(unit(0), 120), (unit(1), 480)]));
+        // One leaves, one is wanted less often: both are made as before, for a while.
+        demand.set(Demand::from([(unit(0), 480)]), 20);
+        let until = 20 + LINGER_TICKS;
+        assert_eq!(demand.at(until - 1), Demand::from([(unit(0), 120), (unit(1), 480)]));
+        assert_eq!(demand.at(until), Demand::from([(unit(0), 480)]));
+    }
+
+    #[test]
+    fn who_comes_back_in_time_finds_nothing_changed() {
+        let mut demand = Lingering::default();
+        let wish = Demand::from([(unit(0), 240)]);
+        demand.set(wish.clone(), 0);
+        for turn in 1..100 {
+            demand.set(Demand::new(), turn * 1000);
+            assert_eq!(demand.at(turn * 1000), wish);
+            demand.set(wish.clone(), turn * 1000 + 500);
+            assert_eq!(demand.at(turn * 1000 + 500), wish);
+        }
+        assert!(demand.leaving.len() <= 1);
+    }
+
+    #[test]
+    fn wishes_that_come_and_go_are_few() {
+        let mut demand = Lingering::default();
+        for turn in 0..10_000 {
+            demand.set(Demand::from([(unit((turn % 3) as u8), [120, 240, 480][(turn % 7) as usize % 3])]), turn);
+        }
+        assert!(demand.leaving.len() <= 9, "{} leave", demand.leaving.len());
+    }
+}
