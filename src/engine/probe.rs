@@ -138,10 +138,10 @@ impl Prober {
             return Ok(0);
         }
         let fields = needed.union(held);
-        let choppiness = self.timeline.scene().effects.choppiness;
+        let effects = &self.timeline.scene().effects;
         // Where a cascade is no part of the sea it is still water, and nothing is made of it.
         let work = |there: bool| match there {
-            true => CascadePlan::new(fields, None, choppiness),
+            true => CascadePlan::new([(0, fields)], None, effects),
             false => CascadePlan::default(),
         };
         let plan = Plan { cascades: self.timeline.lives().map(|life| work(life.contains(tick))).collect() };
