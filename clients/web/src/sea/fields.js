@@ -17,7 +17,9 @@ export const MOST_CASCADES = 16;
 const CHANNELS = 9;
 /** Step of the spread of foam along crests, in the longest waves of a cascade. */
 const SMEAR_WAVES = 0.065;
-const FIRST_CHANNEL = [0, 3, 5, 8]; // by group
+/** The groups that are drawn, the first of the protocol, and the first channel of each. */
+const DRAWN = GROUPS.slice(0, 4);
+const FIRST_CHANNEL = [0, 3, 5, 8];
 
 const RESOLVE = `
 precision highp isampler2DArray;
@@ -87,11 +89,11 @@ export class Fields {
     this.longest = this.cascades.map((c) => c.wavelength_max_m);
     this.count = this.cascades.length;
     /** units by layer, then group; null where none is subscribed */
-    this.units = this.cascades.map(() => GROUPS.map(() => null));
+    this.units = this.cascades.map(() => DRAWN.map(() => null));
     this.layers = new Map(this.cascades.map((c, layer) => [c.index, layer]));
     for (const u of plan.units) {
-      const group = GROUPS.indexOf(u.group), layer = this.layers.get(u.cascade);
-      if (layer === undefined) continue;
+      const group = DRAWN.indexOf(u.group), layer = this.layers.get(u.cascade);
+      if (layer === undefined || group < 0) continue;
       const cascade = this.cascades[layer], size = cascade.n >> u.level;
       const unit = before?.take(cascade, group, size, this.interval)
         ?? new Unit(gl, GROUP_CHANNELS[group], size, this.interval);
@@ -200,7 +202,7 @@ export class Fields {
       this.slots.fill(0);
       this.weights.fill(0);
       let size = this.size;
-      for (let group = 0; group < GROUPS.length; group++) {
+      for (let group = 0; group < DRAWN.length; group++) {
         const unit = this.units[cascade][group];
         if (!unit) {
           if (group !== 3) complete = false;
