@@ -11,6 +11,7 @@ use crate::backend::Cpu;
 use crate::engine::{ProbeFields, ProbeMethod, Prober};
 use crate::reference;
 use crate::sea::Timeline;
+use crate::wire::FARTHEST_M;
 
 #[derive(Debug, Args)]
 pub struct ProbeArguments {
@@ -29,9 +30,6 @@ enum ProbeBackend {
     Cpu,
     Reference,
 }
-
-/// Farthest from the origin that a point may lie, metres: there an f64 still tells a tenth of a millimetre.
-const FARTHEST_M: f64 = 1e9;
 
 fn position(text: &str) -> Result<[f64; 2], String> {
     let number = |part: &str| {

@@ -4,6 +4,7 @@ mod answer;
 mod clock;
 mod direct;
 mod foam_track;
+mod point_feed;
 mod probe;
 mod run;
 mod sample;
@@ -12,6 +13,7 @@ mod step;
 
 pub use answer::{ProbeAnswer, ProbeFields};
 pub use clock::Clock;
+pub use point_feed::{PointsMessage, PointsWish};
 pub use probe::{ProbeError, ProbeMethod, Probed, Prober};
 pub use run::{Counters, Engine, EngineSettings};
 pub use schedule::{RATES_HZ, interval_of_rate, lead_ticks};

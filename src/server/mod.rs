@@ -6,11 +6,13 @@
 mod api;
 mod bulletin;
 mod change_body;
+mod farewell;
 mod fields;
 mod hello;
 mod listen;
 mod metrics;
 mod ocean;
+mod points;
 mod probe;
 mod probe_body;
 mod problem;

@@ -5,12 +5,11 @@ use serde_json::Value;
 use super::fields::{Fields, missing};
 use super::problem::Problem;
 use crate::engine::{ProbeFields, ProbeMethod};
-use crate::scene::{Effects, Model, Normals, Scene};
+use crate::scene::{Effects, Model, Scene};
+use crate::wire::FARTHEST_M;
 
 /// Most points of a request.
 const MAX_POINTS: usize = 10_000;
-/// Farthest from the origin that a point may lie, metres: there an f64 still tells a tenth of a millimetre.
-const FARTHEST_M: f64 = 1e9;
 /// What can be asked for, height included, which always comes.
 const FIELDS: [&str; 4] = ["height", "normal", "velocity", "jacobian"];
 
@@ -66,11 +65,7 @@ fn points(value: Option<Value>) -> Result<Vec<[f64; 2]>, Problem> {
 }
 
 fn wanted(value: Option<Value>, effects: &Effects) -> Result<ProbeFields, Problem> {
-    let had = ProbeFields {
-        normal: effects.normals != Normals::None,
-        velocity: effects.velocity,
-        jacobian: effects.jacobian,
-    };
+    let had = ProbeFields::of(effects);
     let Some(value) = value else { return Ok(had) };
     let names = value.as_array().ok_or_else(|| Problem::value("fields", brief(&value), "an array of names"))?;
     let (mut wanted, has) = (ProbeFields::HEIGHT, [true, had.normal, had.velocity, had.jacobian]);

@@ -13,6 +13,7 @@ mod hostile;
 mod laws;
 mod layering;
 mod models;
+mod points;
 mod probe;
 mod probe_served;
 mod properties;
