@@ -2,6 +2,7 @@
 
 mod export;
 mod npz;
+mod plan;
 mod probe;
 mod scene;
 mod serve;
@@ -29,6 +30,8 @@ enum Command {
     Watch(crate::client::WatchArguments),
     /// Write the fields of one tick to an .npz file.
     Export(export::ExportArguments),
+    /// Print what a demand takes, pass by pass, and what each effect costs on this machine.
+    Plan(plan::PlanArguments),
     /// Print the water at one point of the world as JSON.
     Probe(probe::ProbeArguments),
 }
@@ -41,6 +44,7 @@ pub fn main() -> ExitCode {
         Some(Command::Serve(arguments)) => serve::run(arguments),
         Some(Command::Watch(arguments)) => watch::run(&arguments),
         Some(Command::Export(arguments)) => export::run(&arguments),
+        Some(Command::Plan(arguments)) => plan::run(&arguments),
         Some(Command::Probe(arguments)) => probe::run(&arguments),
     };
     match done {

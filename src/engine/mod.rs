@@ -2,6 +2,7 @@
 
 mod answer;
 mod clock;
+mod cost;
 mod direct;
 mod foam_track;
 mod point_feed;
@@ -13,6 +14,7 @@ mod step;
 
 pub use answer::{ProbeAnswer, ProbeFields};
 pub use clock::Clock;
+pub use cost::{EffectCost, StepTime, demand_cost, effect_costs};
 pub use point_feed::{PointsMessage, PointsWish};
 pub use probe::{ProbeError, ProbeMethod, Probed, Prober};
 pub use run::{Counters, Engine, EngineSettings};

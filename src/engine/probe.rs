@@ -151,7 +151,7 @@ impl Prober {
         }
         self.backend.step(tick, &plan)?;
         self.made = Some((tick, fields));
-        Ok(plan.transforms() as u64)
+        Ok(plan.work(self.timeline.layout()).0 as u64)
     }
 
     fn sum(&mut self, tick: i64, share: f64) -> &DirectSum {

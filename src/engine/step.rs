@@ -11,7 +11,7 @@ use super::answer::ProbeFields;
 use super::foam_track::FoamTrack;
 use super::point_feed::{PointsMessage, PointsWish, message};
 use crate::backend::{Backend, BackendError, CascadeSurface, Surface};
-use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, fields_of};
+use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, fields_of, levels_of};
 use crate::scene::Foam;
 use crate::sea::{Layout, Life, Timeline};
 use crate::tile::{EncodeError, Stamp, encode};
@@ -39,6 +39,13 @@ pub struct Work {
     pub transforms: u64,
     /// Samples of those fields.
     pub samples: u64,
+}
+
+impl Work {
+    fn of(plan: &Plan, layout: &Layout) -> Self {
+        let (transforms, samples) = plan.work(layout);
+        Self { transforms: transforms as u64, samples: samples as u64 }
+    }
 }
 
 impl AddAssign for Work {
@@ -159,7 +166,7 @@ impl Stepper {
             });
             plan.cascades.push(self.work(&life, foam_tick, [], work));
         }
-        self.work += work(&plan, timeline.layout());
+        self.work += Work::of(&plan, timeline.layout());
         self.backend.step(foam_tick, &plan)?;
         Ok(true)
     }
@@ -218,13 +225,12 @@ impl Stepper {
                 }
                 (work.advance || here.clone().any(|unit| unit.group == Group::Foam)).then_some(work)
             });
-            let waves = here.filter(|unit| unit.group != Group::Foam);
-            let levels = waves.map(|unit| (unit.level, FieldSet::of(fields_of(unit.group)))).chain([(0, of_points)]);
+            let levels = levels_of(here).chain([(0, of_points)]);
             plan.cascades.push(self.work(&life, tick, levels, foam));
         }
         self.load(tick)?;
         let mut done = std::mem::take(&mut self.work);
-        done += work(&plan, timeline.layout());
+        done += Work::of(&plan, timeline.layout());
         let surface = self.backend.step(tick, &plan)?;
         let stamp = Stamp {
             tick: surface.tick,
@@ -273,18 +279,6 @@ impl Stepper {
         self.newest = self.newest.max(Some(tick));
         Ok(())
     }
-}
-
-/// Transforms that a plan takes on a layout.
-fn work(plan: &Plan, layout: &Layout) -> Work {
-    let mut done = Work::default();
-    for (plan, cascade) in plan.cascades.iter().zip(&layout.cascades) {
-        for level in &plan.levels {
-            let (n, _) = cascade.level(level.level);
-            done += Work { transforms: level.transforms() as u64, samples: (level.transforms() * n * n) as u64 };
-        }
-    }
-    done
 }
 
 /// Nothing where a field of the unit was not made (foam that is not warm).

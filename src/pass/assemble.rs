@@ -45,29 +45,55 @@ pub fn slopes_of_points(
     [dx, height, dz]: [&[f32]; 3],
     [sx, sz]: [&mut [f32]; 2],
 ) {
-    let side = if kernel == Normals::Sobel { 0.25 } else { 0.0 };
-    let (middle, scale) = (1.0 - 2.0 * side, 0.5 / spacing);
-    let rows = sx.chunks_exact_mut(n).zip(sz.chunks_exact_mut(n)).enumerate();
-    for (z, (sx, sz)) in rows {
-        let lines = [(z + n - 1) % n, z, (z + 1) % n].map(|z| z * n..z * n + n);
-        // Derivatives along x and z of one plane at column x, of whose neighbours are l and r.
-        let differences = |plane: &[f32], l: usize, x: usize, r: usize| {
-            let [above, here, below] = [&plane[lines[0].clone()], &plane[lines[1].clone()], &plane[lines[2].clone()]];
-            let across = |line: &[f32]| line[r] - line[l];
-            let down = |x: usize| below[x] - above[x];
-            (
-                scale * (middle * across(here) + side * (across(above) + across(below))),
-                scale * (middle * down(x) + side * (down(l) + down(r))),
-            )
-        };
-        let mut one = |l: usize, x: usize, r: usize| {
-            let ((hx, hz), (xx, xz), (zx, zz)) =
-                (differences(height, l, x, r), differences(dx, l, x, r), differences(dz, l, x, r));
-            (sx[x], sz[x]) = seen(hx, hz, [xx, xz, zx, zz]);
-        };
-        one(n - 1, 0, 1);
-        (1..n - 1).for_each(|x| one(x - 1, x, x + 1));
-        one(n - 2, n - 1, 0);
+    let smooth = kernel == Normals::Sobel;
+    let mut of = [(); 3].map(|()| Differences::new(n));
+    for (z, (sx, sz)) in sx.chunks_exact_mut(n).zip(sz.chunks_exact_mut(n)).enumerate() {
+        for (of, plane) in of.iter_mut().zip([height, dx, dz]) {
+            of.take(plane, z, smooth, 0.5 / spacing);
+        }
+        let [of_height, of_dx, of_dz] = &of;
+        let (hx, hz, xx, xz) = (&of_height.x[..n], &of_height.z[..n], &of_dx.x[..n], &of_dx.z[..n]);
+        let (zx, zz, sz) = (&of_dz.x[..n], &of_dz.z[..n], &mut sz[..n]);
+        for x in 0..n {
+            (sx[x], sz[x]) = seen(hx[x], hz[x], [xx[x], xz[x], zx[x], zz[x]]);
+        }
+    }
+}
+
+/// Derivatives of one row of a plane, and rows that they are made in, with a neighbour on each side.
+struct Differences {
+    x: Vec<f32>,
+    z: Vec<f32>,
+    here: Vec<f32>,
+    across: Vec<f32>,
+}
+
+impl Differences {
+    fn new(n: usize) -> Self {
+        let row = |n: usize| vec![0.0; n];
+        Self { x: row(n), z: row(n), here: row(n + 2), across: row(n + 2) }
+    }
+
+    fn take(&mut self, plane: &[f32], z: usize, smooth: bool, scale: f32) {
+        let n = self.x.len();
+        let row = |z: usize| &plane[z % n * n..][..n];
+        let (above, row, below) = (row(z + n - 1), row(z), row(z + 1));
+        let (here, across) = (&mut self.here[1..=n], &mut self.across[1..=n]);
+        for x in 0..n {
+            here[x] = if smooth { 0.5 * row[x] + 0.25 * (above[x] + below[x]) } else { row[x] };
+            across[x] = below[x] - above[x];
+        }
+        for padded in [&mut self.here, &mut self.across] {
+            (padded[0], padded[n + 1]) = (padded[n], padded[1]);
+        }
+        let (left, right) = (&self.here[..n], &self.here[2..][..n]);
+        for ((x, left), right) in self.x.iter_mut().zip(left).zip(right) {
+            *x = scale * (right - left);
+        }
+        let (left, middle, right) = (&self.across[..n], &self.across[1..][..n], &self.across[2..][..n]);
+        for (x, z) in self.z[..n].iter_mut().enumerate() {
+            *z = scale * if smooth { 0.5 * middle[x] + 0.25 * (left[x] + right[x]) } else { middle[x] };
+        }
     }
 }
 

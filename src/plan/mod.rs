@@ -6,12 +6,15 @@
 mod demand;
 mod field;
 mod packing;
+mod passes;
 
 pub use demand::{Demand, LINGER_TICKS, Lingering, fields_of};
 pub use field::{Field, FieldSet};
 pub use packing::Packing;
+pub use passes::{Listing, PassLine, levels_of};
 
 use crate::scene::{Effects, Normals};
+use crate::sea::Layout;
 
 /// What foam has to do at one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,8 +136,14 @@ impl CascadePlan {
 }
 
 impl Plan {
-    /// Number of real fields that are transformed; a packed transform counts as two.
-    pub fn transforms(&self) -> usize {
-        self.cascades.iter().map(CascadePlan::transforms).sum()
+    /// Number of real fields that are transformed, a packed transform counting as two, and of their samples, on a
+    /// layout.
+    pub fn work(&self, layout: &Layout) -> (usize, usize) {
+        let levels = self.cascades.iter().zip(&layout.cascades);
+        let levels = levels.flat_map(|(plan, cascade)| plan.levels.iter().map(move |level| (level, cascade)));
+        levels.fold((0, 0), |(transforms, samples), (level, cascade)| {
+            let (n, _) = cascade.level(level.level);
+            (transforms + level.transforms(), samples + level.transforms() * n * n)
+        })
     }
 }

@@ -17,7 +17,7 @@ use super::fields::{MAX_BODY, read_body};
 use super::ocean::Ocean;
 use super::problem::Problem;
 use super::proposal::{Proposal, told};
-use super::{hello, metrics, probe, upgrade, viewer};
+use super::{hello, metrics, plan, probe, upgrade, viewer};
 use crate::scene::{CascadesFile, SceneFile};
 use crate::wire::TICKS_PER_SECOND;
 
@@ -41,6 +41,7 @@ pub fn router(ocean: Arc<Ocean>) -> Router {
         .route("/v1/scenes/{name}/probe", post(water_at))
         .route("/v1/scenes/{name}/log", get(log))
         .route("/v1/scenes/{name}/statistics", get(statistics))
+        .route("/v1/scenes/{name}/plan", get(plan))
         .route("/v1/time", get(time))
         .route("/v1/stream", get(upgrade::stream))
         .route("/livez", get(async || text("alive\n")))
@@ -121,6 +122,13 @@ async fn statistics(State(ocean): Served, name: Name) -> Result<Response, Proble
 async fn water_at(State(ocean): Served, name: Name, body: Body) -> Result<Response, Problem> {
     served(&ocean, name)?;
     Ok(written(StatusCode::OK, probe::answer(&ocean, body).await?))
+}
+
+/// What is computed now, and what it costs.
+async fn plan(State(ocean): Served, name: Name) -> Result<Response, Problem> {
+    served(&ocean, name)?;
+    let (sequence, body) = plan::plan(&ocean).await?;
+    Ok((tag(sequence), answer(StatusCode::OK, &body)).into_response())
 }
 
 async fn wind(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) -> Result<Response, Problem> {

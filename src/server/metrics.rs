@@ -68,7 +68,7 @@ pub fn page(ocean: &Ocean) -> String {
     let wanted = timeline.wanted_hs_at(status.tick);
     put("wanted_hs_metres", "gauge", "The same of the spectrum asked for, resolved or not.", "", wanted);
     put("ring_bytes", "gauge", "Bytes of frames held for clients.", "", ocean.ring.bytes() as f64);
-    put("live_units", "gauge", "Units encoded now.", "", ocean.live_units() as f64);
+    put("live_units", "gauge", "Units wanted now.", "", ocean.demand().len() as f64);
     put("live_points", "gauge", "Points that clients follow.", "", ocean.points.live() as f64);
     put("engine_alive", "gauge", "1 while the engine's thread lives.", "", f64::from(u8::from(ocean.is_ready())));
     put("steps_total", "counter", "Ticks made.", "", engine.steps as f64);

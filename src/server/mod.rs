@@ -12,6 +12,7 @@ mod hello;
 mod listen;
 mod metrics;
 mod ocean;
+mod plan;
 mod points;
 mod probe;
 mod probe_body;

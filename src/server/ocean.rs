@@ -10,6 +10,7 @@ use tokio::task::spawn_blocking;
 use super::bulletin::Bulletin;
 use super::hello;
 use super::metrics::Metrics;
+use super::plan::Costs;
 use super::points::PointsBoard;
 use super::probe::Probes;
 use super::problem::Problem;
@@ -37,6 +38,7 @@ pub struct Ocean {
     pub(super) bulletin: Arc<Bulletin>,
     pub(super) seats: Arc<Seats>,
     pub(super) metrics: Metrics,
+    pub(super) costs: Costs,
     pub(super) probes: Probes,
     pub(super) points: Arc<PointsBoard>,
     /// Changes are decided one at a time.
@@ -122,6 +124,7 @@ impl Ocean {
             ring,
             bulletin,
             metrics: Metrics::default(),
+            costs: Costs::default(),
             probes: Probes::default(),
             points,
             gate: tokio::sync::Mutex::new(Gate::new(changes, build_us, tick)),
@@ -160,9 +163,9 @@ impl Ocean {
         self.clients.load(Relaxed)
     }
 
-    /// Units that are encoded now.
-    pub fn live_units(&self) -> usize {
-        self.wishes.lock().unwrap_or_else(PoisonError::into_inner).demand.len()
+    /// Units that are wanted now, and how often.
+    pub fn demand(&self) -> Demand {
+        self.wishes.lock().unwrap_or_else(PoisonError::into_inner).demand.clone()
     }
 
     /// Whether frames can be made.

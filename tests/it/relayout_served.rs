@@ -108,7 +108,7 @@ async fn a_client_that_stays_sees_the_old_sea_both_and_then_the_new() {
     // What has ended doesn't count against the limit of live units, even if nobody says that he needs it no more.
     client.text("status").await;
     client.text("status").await;
-    assert_eq!(served.ocean.live_units(), 4);
+    assert_eq!(served.ocean.demand().len(), 4);
     // The rest of what the change set.
     let state = served.get("/v1/scenes/small").await.json();
     assert_eq!((&state["state"]["wind_range_mps"], &state["layout"]["generation"]), (&json!([4.0, 12.0]), &json!(1)));

@@ -1,0 +1,149 @@
+//! What each effect and each demand costs on this machine: measured, on a backend of its own.
+
+use serde::Serialize;
+
+use super::clock::Clock;
+use crate::backend::{Backend, BackendError};
+use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, levels_of};
+use crate::scene::{Effects, Normals};
+use crate::sea::Timeline;
+use crate::wire::Group;
+
+/// Steps that are not counted, and those that are.
+const WARM_UP: usize = 2;
+const ROUNDS: usize = 12;
+/// Ticks between the steps.
+const INTERVAL: i64 = 240;
+
+/// Milliseconds of a step: the median and the quartiles around it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct StepTime {
+    /// Median.
+    pub median_ms: f64,
+    /// A quarter of the steps took no longer.
+    pub lower_ms: f64,
+    /// Three quarters did.
+    pub upper_ms: f64,
+}
+
+/// What one effect takes when it is wanted alone, on the full grid of every cascade.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EffectCost {
+    /// Name of the effect.
+    pub effect: &'static str,
+    /// Whether the scene has it.
+    pub on: bool,
+    /// Real fields that it transforms.
+    pub transforms: usize,
+    /// Samples of those.
+    pub samples: usize,
+    /// Time of a step.
+    pub step: StepTime,
+}
+
+/// Every effect, with the fields that it is.
+fn effects() -> Vec<(&'static str, Vec<Field>, Option<Normals>)> {
+    use Field::{
+        Dx, Dxx, Dxz, Dz, Dzz, Eigenvalue, Foam, Height, Jacobian, NormalX, NormalZ, SlopeX, SlopeZ, VelocityX,
+        VelocityY, VelocityZ,
+    };
+    let normals = |name, way| (name, vec![NormalX, NormalZ], Some(way));
+    vec![
+        ("height", vec![Height], None),
+        ("chop", vec![Dx, Dz], None),
+        ("slopes", vec![SlopeX, SlopeZ], None),
+        ("normals exact", vec![SlopeX, SlopeZ, Dxx, Dzz, Dxz], Some(Normals::Exact)),
+        ("normals diagonal", vec![SlopeX, SlopeZ, Dxx, Dzz], Some(Normals::Diagonal)),
+        normals("normals displaced-slopes", Normals::DisplacedSlopes),
+        normals("normals central-difference", Normals::CentralDifference),
+        normals("normals sobel", Normals::Sobel),
+        ("jacobian and eigenvalue", vec![Jacobian, Eigenvalue], None),
+        ("velocity", vec![VelocityX, VelocityY, VelocityZ], None),
+        ("foam", vec![Foam], None),
+    ]
+}
+
+/// Measures every effect alone, in interleaved rounds.
+///
+/// # Errors
+/// [`BackendError`] of the backend.
+pub fn effect_costs(
+    backend: &mut dyn Backend,
+    timeline: &Timeline,
+    tick: i64,
+    clock: &Clock,
+) -> Result<Vec<EffectCost>, BackendError> {
+    let (layout, scene) = (timeline.layout(), timeline.scene());
+    let work = FoamWork { restart: false, decay: 0.9, growth: 0.5, advance: true };
+    let mut costs = Vec::new();
+    let mut plans = Vec::new();
+    for (effect, fields, normals) in effects() {
+        let foam = fields.contains(&Field::Foam);
+        let way = Effects { normals: normals.unwrap_or_default(), ..scene.effects };
+        let plan = CascadePlan::new([(0, FieldSet::of(&fields))], foam.then_some(work), &way);
+        let plan = Plan { cascades: vec![plan; layout.cascades.len()] };
+        let on = match (effect, normals) {
+            ("chop", _) => scene.effects.choppiness > 0.0,
+            ("slopes", _) => scene.effects.slopes,
+            ("jacobian and eigenvalue", _) => scene.effects.jacobian,
+            ("velocity", _) => scene.effects.velocity,
+            ("foam", _) => scene.effects.foam.is_some(),
+            (_, Some(way)) => scene.effects.normals == way,
+            _ => true,
+        };
+        let (transforms, samples) = plan.work(layout);
+        costs.push(EffectCost { effect, on, transforms, samples, step: StepTime::default() });
+        plans.push(plan);
+    }
+    backend.load(&timeline.at(tick))?;
+    for (cost, step) in costs.iter_mut().zip(step_times(backend, &plans, tick, clock)?) {
+        cost.step = step;
+    }
+    Ok(costs)
+}
+
+/// Measures a frame in which every unit of a demand is due; encoding is not in it.
+///
+/// # Errors
+/// [`BackendError`] of the backend.
+pub fn demand_cost(
+    backend: &mut dyn Backend,
+    timeline: &Timeline,
+    demand: &Demand,
+    tick: i64,
+    clock: &Clock,
+) -> Result<StepTime, BackendError> {
+    let work = FoamWork { restart: false, decay: 0.9, growth: 0.5, advance: true };
+    let cascade = |number: u8| {
+        let units = demand.keys().filter(move |unit| unit.cascade == number);
+        let foamy = timeline.scene().effects.foam.is_some() && units.clone().any(|unit| unit.group == Group::Foam);
+        CascadePlan::new(levels_of(units), foamy.then_some(work), &timeline.scene().effects)
+    };
+    let plan = Plan { cascades: timeline.layout().cascades.iter().map(|c| cascade(c.index)).collect() };
+    backend.load(&timeline.at(tick))?;
+    Ok(step_times(backend, &[plan], tick, clock)?[0])
+}
+
+fn step_times(
+    backend: &mut dyn Backend,
+    plans: &[Plan],
+    tick: i64,
+    clock: &Clock,
+) -> Result<Vec<StepTime>, BackendError> {
+    let mut times = vec![Vec::with_capacity(ROUNDS); plans.len()];
+    for round in 0..WARM_UP + ROUNDS {
+        for (plan, times) in plans.iter().zip(&mut times) {
+            let started = clock.now_us();
+            backend.step(tick.saturating_add(round as i64 * INTERVAL), plan)?;
+            if round >= WARM_UP {
+                times.push((clock.now_us() - started) as f64 / 1e3);
+            }
+        }
+    }
+    let quartiles = |mut times: Vec<f64>| {
+        times.sort_by(f64::total_cmp);
+        let at = |quarter: usize| times[times.len() * quarter / 4];
+        StepTime { median_ms: at(2), lower_ms: at(1), upper_ms: at(3) }
+    };
+    Ok(times.into_iter().map(quartiles).collect())
+}

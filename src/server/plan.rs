@@ -1,0 +1,58 @@
+//! What is computed now and what it costs: the passes of the live demand, and each effect measured on this machine.
+
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+use tokio::sync::Mutex;
+use tokio::task::spawn_blocking;
+
+use super::ocean::Ocean;
+use super::problem::Problem;
+use crate::backend::Cpu;
+use crate::engine::{EffectCost, effect_costs};
+use crate::plan::Listing;
+use crate::wire::{TICKS_PER_SECOND, UnitName};
+
+/// Costs of the effects, as they were measured for a layout.
+#[derive(Debug, Default)]
+pub struct Costs(Mutex<Option<(u32, Vec<EffectCost>)>>);
+
+/// The body of `GET /v1/scenes/{name}/plan`. The first answer of a layout measures for a second or two, on threads and
+/// memory of its own; frames go on meanwhile.
+pub async fn plan(ocean: &Arc<Ocean>) -> Result<(u64, Value), Problem> {
+    let current = ocean.current();
+    let (timeline, demand) = (current.timeline, ocean.demand());
+    let effects = costs(ocean).await?;
+    let counters = ocean.counters();
+    let listing = Listing::new(&demand, timeline.layout(), &timeline.scene().effects);
+    let Ok(mut body) = serde_json::to_value(listing) else { return Err(Problem::internal("the plan can't be told")) };
+    let unit = |(unit, interval): (&UnitName, &i64)| {
+        let mut told = json!(unit);
+        told["rate_hz"] = json!(TICKS_PER_SECOND / interval);
+        told
+    };
+    body["tick"] = json!(ocean.tick());
+    body["units"] = demand.iter().map(unit).collect();
+    body["frame"] = json!({
+        "last_ms": counters.step_ms,
+        "mean_ms": if counters.steps > 0 { counters.step_seconds * 1e3 / counters.steps as f64 } else { 0.0 },
+        "steps": counters.steps,
+    });
+    body["effects"] = json!(effects);
+    body["backend"] = json!(counters.backend);
+    Ok((current.sequence, body))
+}
+
+async fn costs(ocean: &Arc<Ocean>) -> Result<Vec<EffectCost>, Problem> {
+    let mut known = ocean.costs.0.lock().await;
+    let timeline = ocean.current().timeline;
+    let generation = timeline.layout().generation;
+    if let Some((_, costs)) = known.as_ref().filter(|(of, _)| *of == generation) {
+        return Ok(costs.clone());
+    }
+    let (threads, clock, tick) = (ocean.settings.engine.threads, ocean.clock, ocean.tick());
+    let measured = spawn_blocking(move || effect_costs(&mut Cpu::new(threads), &timeline, tick, &clock)).await;
+    let Ok(Ok(costs)) = measured else { return Err(Problem::internal("the effects can't be measured")) };
+    *known = Some((generation, costs.clone()));
+    Ok(costs)
+}
