@@ -11,7 +11,7 @@ use rustfft::num_complex::Complex64;
 use swellcast::backend::{Backend, Cpu};
 use swellcast::pass::trochoid::Trochoids;
 use swellcast::plan::{CascadePlan, Field, FieldSet, Plan};
-use swellcast::scene::{Model, Scene, Trochoid, preset};
+use swellcast::scene::{Effects, Model, Scene, Trochoid, preset};
 use swellcast::sea::{Sea, Timeline, kept_waves};
 
 const N: usize = 256;
@@ -106,7 +106,7 @@ fn heights(sea: &Sea, tick: i64) -> Vec<f32> {
 }
 
 fn plan() -> Plan {
-    Plan { cascades: vec![CascadePlan::new(FieldSet::of(&[Field::Height]), None, 0.0)] }
+    Plan { cascades: vec![CascadePlan::new([(0, FieldSet::of(&[Field::Height]))], None, &Effects::default())] }
 }
 
 fn full_ms() -> f64 {

@@ -7,10 +7,11 @@ use rayon::prelude::*;
 use super::{Backend, BackendError, CascadeSurface, Surface, Tap};
 use crate::pass::evolve::{Amplitudes, EvolveTable};
 use crate::pass::transform::{Transform, Workspace};
+use crate::pass::trochoid::Trochoids;
 use crate::pass::{assemble, foam};
 use crate::plan::{CascadePlan, Field, FieldSet, LevelPlan, Packing, Plan};
-use crate::scene::Normals;
-use crate::sea::{Cascade, HeldFoam, Sea, turn_of_tick};
+use crate::scene::{Model, Normals};
+use crate::sea::{Cascade, CascadeModes, HeldFoam, Sea, turn_of_tick};
 
 /// The CPU backend. Gives the same bytes on any number of threads.
 pub struct Cpu {
@@ -28,6 +29,8 @@ struct Workspaces(Mutex<Vec<Workspace>>);
 struct CascadeEngine {
     cascade: Cascade,
     table: EvolveTable,
+    /// In place of the table and all that follows from it, where the sea is made of them.
+    trochoids: Option<Trochoids>,
     /// By level; made when it is first asked for.
     transforms: Vec<Option<Transform>>,
     heights: Amplitudes,
@@ -64,19 +67,22 @@ impl Backend for Cpu {
 
     fn load(&mut self, sea: &Sea) -> Result<(), BackendError> {
         self.repeat = sea.repeat;
-        let tables = self.threads.install(|| {
-            let table = |modes| EvolveTable::new(modes, sea.choppiness, sea.repeat);
-            sea.cascades.par_iter().map(table).collect::<Vec<_>>()
+        let made = self.threads.install(|| {
+            let of = |modes: &CascadeModes| match sea.model {
+                Model::Fft => (EvolveTable::new(modes, sea.choppiness, sea.repeat), None),
+                Model::Trochoid(_) => (EvolveTable::default(), Some(Trochoids::new(modes, sea))),
+            };
+            sea.cascades.par_iter().map(of).collect::<Vec<_>>()
         });
         let surfaces = std::mem::take(&mut self.surface.cascades);
         let mut held: Vec<_> = std::mem::take(&mut self.cascades).into_iter().zip(surfaces).collect();
-        for (modes, table) in sea.cascades.iter().zip(tables) {
+        for (modes, made) in sea.cascades.iter().zip(made) {
             // A cascade that stays keeps its foam, wherever it stands now.
             let (mut engine, surface) = match held.iter().position(|(engine, _)| engine.cascade == modes.cascade) {
                 Some(at) => held.swap_remove(at),
                 None => (CascadeEngine::new(modes.cascade), CascadeSurface::new(&modes.cascade)),
             };
-            engine.table = table;
+            (engine.table, engine.trochoids) = made;
             engine.foam_threshold = modes.foam_threshold as f32;
             self.cascades.push(engine);
             self.surface.cascades.push(surface);
@@ -92,10 +98,14 @@ impl Backend for Cpu {
         let work = self.cascades.par_iter_mut().zip(&mut self.surface.cascades).zip(&plan.cascades);
         let workspaces = &self.workspaces;
         self.threads.install(|| {
-            work.for_each(|((engine, surface), plan)| engine.step(turn, plan, surface, workspaces));
+            work.for_each(|((engine, surface), plan)| engine.step(tick, turn, plan, surface, workspaces));
         });
         self.surface.tick = tick;
         Ok(&self.surface)
+    }
+
+    fn surface(&self) -> &Surface {
+        &self.surface
     }
 
     fn tap(&self, cascade: usize, tap: Tap) -> Option<Vec<f32>> {
@@ -114,6 +124,7 @@ impl CascadeEngine {
         Self {
             cascade,
             table: EvolveTable::default(),
+            trochoids: None,
             transforms: (0..cascade.levels()).map(|_| None).collect(),
             heights: Amplitudes::default(),
             rates: Amplitudes::default(),
@@ -122,7 +133,14 @@ impl CascadeEngine {
         }
     }
 
-    fn step(&mut self, turn: u32, plan: &CascadePlan, surface: &mut CascadeSurface, workspaces: &Workspaces) {
+    fn step(
+        &mut self,
+        tick: i64,
+        turn: u32,
+        plan: &CascadePlan,
+        surface: &mut CascadeSurface,
+        workspaces: &Workspaces,
+    ) {
         self.evolve(turn, plan);
         for level in &plan.levels {
             let (n, half) = self.cascade.level(level.level);
@@ -134,8 +152,13 @@ impl CascadeEngine {
         surface.keep(plan);
         let engine = &*self;
         plan.levels.par_iter().zip(surface.planes_of(plan)).for_each(|(level, planes)| {
-            engine.transform(level, planes, workspaces);
-            assemble(level, engine.cascade.level(level.level).0, engine.cascade.patch_m as f32, planes);
+            let (n, _) = engine.cascade.level(level.level);
+            if let Some(trochoids) = &engine.trochoids {
+                trochoids.fill(tick, n, level.fields, planes);
+            } else {
+                engine.transform(level, planes, workspaces);
+                assemble(level, n, engine.cascade.patch_m as f32, planes);
+            }
         });
         if let Some(work) = plan.foam {
             let [.., jacobian, _, _, _, shown] = surface.planes(0);

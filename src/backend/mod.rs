@@ -115,6 +115,9 @@ pub trait Backend: Send {
     /// [`BackendError`] when the plan doesn't fit or the device is lost.
     fn step(&mut self, tick: i64, plan: &Plan) -> Result<&Surface, BackendError>;
 
+    /// The surface of the last step.
+    fn surface(&self) -> &Surface;
+
     /// What stands between two passes after the last step, for tests.
     fn tap(&self, cascade: usize, tap: Tap) -> Option<Vec<f32>>;
 }

@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 
 use super::npz::NpzWriter;
-use super::scene::MomentArguments;
+use super::scene::{MomentArguments, check_reference};
 use crate::backend::Cpu;
 use crate::engine::Stepper;
 use crate::plan::{Field, FieldSet};
@@ -45,7 +45,10 @@ pub fn run(arguments: &ExportArguments) -> Result<()> {
     let timeline = Timeline::new(&scene);
     let cascades = match arguments.backend {
         ExportBackend::Cpu => by_cpu(&timeline, tick)?,
-        ExportBackend::Reference => by_reference(&timeline, tick),
+        ExportBackend::Reference => {
+            check_reference(&scene)?;
+            by_reference(&timeline, tick)
+        }
     };
     let file = File::create(&arguments.out).with_context(|| format!("creating {}", arguments.out.display()))?;
     let mut npz = NpzWriter::new(BufWriter::new(file));

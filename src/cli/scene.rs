@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 
-use crate::scene::{PRESETS, Scene, SceneFile, preset};
+use crate::scene::{Model, PRESETS, Scene, SceneFile, preset};
 use crate::wire::{MAX_TICK, TICKS_PER_SECOND};
 
 /// What is taken when nothing is said.
@@ -60,4 +60,14 @@ fn tick_of(seconds: f64) -> Result<i64> {
         bail!("time is {seconds}, must be from 0 to {} seconds", MAX_TICK / TICKS_PER_SECOND);
     }
     Ok(tick as i64)
+}
+
+/// Refuses to sum a sea of trochoids as if it were of plain waves.
+pub fn check_reference(scene: &Scene) -> Result<()> {
+    if scene.model != Model::Fft {
+        bail!(
+            "backend is reference, must be cpu: the slow sum is that of all modes, and this scene's model is trochoid"
+        );
+    }
+    Ok(())
 }

@@ -264,7 +264,8 @@ impl<N: Fn() -> i64> Connection<N> {
         let text = message.as_text()?;
         match ServerMessage::parse(text) {
             Err(error) => Some(Event::BadText(error.to_string())),
-            Ok(None) => None,
+            // Points are for others.
+            Ok(None | Some(ServerMessage::PointsSubscribed(_))) => None,
             Ok(Some(ServerMessage::Time(answer))) => {
                 let at = self.asked.iter().position(|t0| *t0 as f64 == answer.t0)?;
                 let t0 = self.asked.remove(at)?;

@@ -80,7 +80,7 @@ pub fn effect_costs(
     for (effect, fields, normals) in effects() {
         let foam = fields.contains(&Field::Foam);
         let way = Effects { normals: normals.unwrap_or_default(), ..scene.effects };
-        let plan = CascadePlan::new([(0, FieldSet::of(&fields))], foam.then_some(work), &way);
+        let plan = CascadePlan::new([(0, FieldSet::of(&fields))], foam.then_some(work), &way).by(scene.model);
         let plan = Plan { cascades: vec![plan; layout.cascades.len()] };
         let on = match (effect, normals) {
             ("chop", _) => scene.effects.choppiness > 0.0,
@@ -114,10 +114,11 @@ pub fn demand_cost(
     clock: &Clock,
 ) -> Result<StepTime, BackendError> {
     let work = FoamWork { restart: false, decay: 0.9, growth: 0.5, advance: true };
+    let scene = timeline.scene();
     let cascade = |number: u8| {
         let units = demand.keys().filter(move |unit| unit.cascade == number);
-        let foamy = timeline.scene().effects.foam.is_some() && units.clone().any(|unit| unit.group == Group::Foam);
-        CascadePlan::new(levels_of(units), foamy.then_some(work), &timeline.scene().effects)
+        let foamy = scene.effects.foam.is_some() && units.clone().any(|unit| unit.group == Group::Foam);
+        CascadePlan::new(levels_of(units), foamy.then_some(work), &scene.effects).by(scene.model)
     };
     let plan = Plan { cascades: timeline.layout().cascades.iter().map(|c| cascade(c.index)).collect() };
     backend.load(&timeline.at(tick))?;

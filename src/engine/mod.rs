@@ -1,14 +1,22 @@
 //! Runs the sea: a thread that steps the backend on the integer tick and publishes frames ahead of time. No tokio.
 
+mod answer;
 mod clock;
 mod cost;
+mod direct;
 mod foam_track;
+mod point_feed;
+mod probe;
 mod run;
+mod sample;
 mod schedule;
 mod step;
 
+pub use answer::{ProbeAnswer, ProbeFields};
 pub use clock::Clock;
 pub use cost::{EffectCost, StepTime, demand_cost, effect_costs};
+pub use point_feed::{PointsMessage, PointsWish};
+pub use probe::{ProbeError, ProbeMethod, Probed, Prober};
 pub use run::{Counters, Engine, EngineSettings};
 pub use schedule::{RATES_HZ, interval_of_rate, lead_ticks};
 pub use step::{Batch, Stepper, Work};

@@ -6,6 +6,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use super::clock::Clock;
+use super::point_feed::PointsWish;
 use super::schedule::{RATES_HZ, interval_of_rate, lead_ticks, next_tick};
 use super::step::{Batch, Stepper, Work};
 use crate::backend::{Backend, BackendError, Cpu};
@@ -74,6 +75,7 @@ struct Shared {
 struct Inbox {
     timeline: Option<Arc<Timeline>>,
     demand: Option<Demand>,
+    points: Option<Vec<PointsWish>>,
     stop: bool,
 }
 
@@ -115,6 +117,7 @@ impl Engine {
                 publish,
                 lingering: Lingering::default(),
                 demand: Demand::new(),
+                of_points: None,
                 last: None,
                 seen: 0,
             }
@@ -132,6 +135,11 @@ impl Engine {
     /// The demand from the next step on. None: the engine rests.
     pub fn set_demand(&self, demand: Demand) {
         self.tell(|inbox| inbox.demand = Some(demand));
+    }
+
+    /// Points whose water is told from the next step on. They don't linger.
+    pub fn set_points(&self, points: Vec<PointsWish>) {
+        self.tell(|inbox| inbox.points = Some(points));
     }
 
     /// Makes no tick from this one on until told otherwise: frames are then late instead of wrong while a change of
@@ -188,6 +196,8 @@ struct Loop<'a> {
     publish: Publish,
     lingering: Lingering,
     demand: Demand,
+    /// The smallest interval of points, where somebody follows any.
+    of_points: Option<i64>,
     last: Option<i64>,
     seen: u64,
 }
@@ -201,7 +211,7 @@ impl Loop<'_> {
                 break;
             }
             self.settle_demand();
-            let Some(interval) = self.demand.values().copied().min() else {
+            let Some(interval) = self.demand.values().copied().chain(self.of_points).min() else {
                 self.last = None;
                 self.rest(Duration::from_secs(1));
                 continue;
@@ -261,12 +271,17 @@ impl Loop<'_> {
             return true;
         }
         self.seen = version;
-        let Inbox { timeline, demand, stop } = std::mem::take(&mut *lock(&self.shared.inbox));
+        let Inbox { timeline, demand, points, stop } = std::mem::take(&mut *lock(&self.shared.inbox));
         if let Some(timeline) = timeline {
             self.stepper.set_timeline(timeline);
         }
         if let Some(demand) = demand {
             self.lingering.set(demand, self.clock.now_tick());
+        }
+        if let Some(points) = points {
+            let points: Vec<PointsWish> = points.into_iter().filter(|wish| wish.interval > 0).collect();
+            self.of_points = points.iter().map(|wish| wish.interval).min();
+            self.stepper.set_points(points);
         }
         !stop
     }

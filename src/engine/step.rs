@@ -7,7 +7,9 @@ use std::sync::Arc;
 use bytes::Bytes;
 use rayon::prelude::*;
 
+use super::answer::ProbeFields;
 use super::foam_track::FoamTrack;
+use super::point_feed::{PointsMessage, PointsWish, message};
 use crate::backend::{Backend, BackendError, CascadeSurface, Surface};
 use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, fields_of, levels_of};
 use crate::scene::Foam;
@@ -22,7 +24,9 @@ pub struct Batch {
     pub tick: i64,
     /// A unit appears once per tile.
     pub frames: Vec<(UnitName, Bytes)>,
-    /// Units whose frame was not made, because it held a value that is not finite.
+    /// One for each client whose points are due.
+    pub points: Vec<PointsMessage>,
+    /// Units and messages that were not made, because they held a value that is not finite.
     pub refused: u64,
     /// What it took.
     pub work: Work,
@@ -66,6 +70,8 @@ pub struct Stepper {
     foamy: BTreeSet<u8>,
     /// By number, of the cascades that the timeline has and somebody wants foam of.
     foam: BTreeMap<u8, FoamTrack>,
+    /// Points that clients follow.
+    points: Vec<PointsWish>,
     /// Of foam steps since the last frames.
     work: Work,
 }
@@ -79,7 +85,8 @@ impl Stepper {
         let encoders = rayon::ThreadPoolBuilder::new().thread_name(|i| format!("swellcast-encode-{i}")).build();
         let encoders = encoders.expect("the system gives threads at start");
         let (foamy, foam) = (BTreeSet::new(), BTreeMap::new());
-        Self { backend, encoders, timeline, epoch, loaded: None, newest: None, foamy, foam, work: Work::default() }
+        let (loaded, newest, points, work) = (None, None, Vec::new(), Work::default());
+        Self { backend, encoders, timeline, epoch, loaded, newest, foamy, foam, points, work }
     }
 
     /// Name of the backend.
@@ -106,6 +113,11 @@ impl Stepper {
     pub fn set_demand(&mut self, demand: &Demand) {
         self.foamy = demand.keys().filter(|unit| unit.group == Group::Foam).map(|unit| unit.cascade).collect();
         self.keep_tracks();
+    }
+
+    /// Points whose water is told at every multiple of their interval.
+    pub fn set_points(&mut self, points: Vec<PointsWish>) {
+        self.points = points;
     }
 
     fn keep_tracks(&mut self) {
@@ -180,7 +192,7 @@ impl Stepper {
         self.backend.step(tick, &plan)
     }
 
-    /// Frames of every unit that is wanted at `tick`. Foam is left out where it is not warm, and all of a cascade at
+    /// Frames of every unit that is wanted at `tick`, and the water at points that are due. Foam is left out where it is not warm, and all of a cascade at
     /// ticks at which it is no part of the sea.
     ///
     /// # Errors
@@ -195,6 +207,12 @@ impl Stepper {
             let whole = there.filter(|(_, life)| unit.level < life.cascade.levels());
             units.extend(whole.map(|(place, life)| (place, life.foam_left(tick) as f32, *unit)));
         }
+        let due: Vec<PointsWish> = self.points.iter().filter(|wish| tick % wish.interval == 0).cloned().collect();
+        let effects = &timeline.scene().effects;
+        let of_points = match due.is_empty() {
+            true => FieldSet::NONE,
+            false => ProbeFields::of(effects).needed(effects.choppiness),
+        };
         let mut plan = Plan::default();
         for (place, life) in timeline.lives().enumerate() {
             let here = units.iter().filter(|(at, ..)| *at == place).map(|(.., unit)| unit);
@@ -207,7 +225,7 @@ impl Stepper {
                 }
                 (work.advance || here.clone().any(|unit| unit.group == Group::Foam)).then_some(work)
             });
-            let levels = levels_of(here);
+            let levels = levels_of(here).chain([(0, of_points)]);
             plan.cascades.push(self.work(&life, tick, levels, foam));
         }
         self.load(tick)?;
@@ -221,8 +239,14 @@ impl Stepper {
             layout: timeline.generation_at(surface.tick),
         };
         let encode = |(place, foam, unit)| (unit, encode_unit(surface.cascades.get(place), unit, foam, stamp));
-        let encoded: Vec<_> = self.encoders.install(|| units.into_par_iter().map(encode).collect());
-        let mut batch = Batch { tick: surface.tick, frames: Vec::with_capacity(encoded.len()), refused: 0, work: done };
+        let (encoded, points): (Vec<_>, Vec<_>) = self.encoders.install(|| {
+            let told = due.par_iter().map(|wish| message(wish, surface, &timeline, stamp));
+            (units.into_par_iter().map(encode).collect(), told.collect())
+        });
+        let told = points.len();
+        let points: Vec<PointsMessage> = points.into_iter().flatten().collect();
+        let (refused, frames) = ((told - points.len()) as u64, Vec::with_capacity(encoded.len()));
+        let mut batch = Batch { tick: surface.tick, frames, points, refused, work: done };
         for (unit, frames) in encoded {
             match frames {
                 Ok(frames) => batch.frames.extend(frames.into_iter().map(|frame| (unit, frame))),
@@ -243,7 +267,8 @@ impl Stepper {
         levels: impl IntoIterator<Item = (u8, FieldSet)>,
         foam: Option<FoamWork>,
     ) -> CascadePlan {
-        let plan = CascadePlan::new(levels, foam, &self.timeline.scene().effects);
+        let scene = self.timeline.scene();
+        let plan = CascadePlan::new(levels, foam, &scene.effects).by(scene.model);
         if life.contains(tick) { plan } else { plan.still() }
     }
 

@@ -13,7 +13,7 @@ pub use field::{Field, FieldSet};
 pub use packing::Packing;
 pub use passes::{Listing, PassLine, levels_of};
 
-use crate::scene::{Effects, Normals};
+use crate::scene::{Effects, Model, Normals};
 use crate::sea::Layout;
 
 /// What foam has to do at one tick.
@@ -121,6 +121,14 @@ impl CascadePlan {
         wanted.sort_by_key(|(level, _)| *level);
         let wanted = wanted.into_iter().filter(|(_, fields)| !fields.is_empty());
         Self { levels: wanted.map(|(level, fields)| LevelPlan::new(level, fields, effects)).collect(), foam }
+    }
+
+    /// The same by this model: trochoids give every field by themselves, and need no transform.
+    pub fn by(self, model: Model) -> Self {
+        match model {
+            Model::Fft => self,
+            Model::Trochoid(_) => self.still(),
+        }
     }
 
     /// The same where there are no waves: fields are zero and need no transform, foam goes on.

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::packing::Packing;
 use super::{CascadePlan, Demand, Field, FieldSet, LevelPlan, Plan, fields_of};
-use crate::scene::{Effects, Foam};
-use crate::sea::Layout;
+use crate::scene::{Foam, Model, Scene};
+use crate::sea::{Cascade, Layout};
 use crate::wire::{Group, TICKS_PER_SECOND, UnitName};
 
 /// One pass over one grid.
@@ -15,7 +15,7 @@ pub struct PassLine {
     pub cascade: u8,
     /// Level of detail.
     pub level: u8,
-    /// `evolve`, `half_complex`, `packed`, `assemble` or `foam`.
+    /// `evolve`, `half_complex`, `packed` and `assemble`, or `trochoid`; and `foam`.
     pub pass: &'static str,
     /// Fields that it makes.
     pub fields: Vec<&'static str>,
@@ -50,10 +50,14 @@ pub fn levels_of<'a>(units: impl Iterator<Item = &'a UnitName>) -> impl Iterator
 
 impl Listing {
     /// Of a demand on a layout.
-    pub fn new(demand: &Demand, layout: &Layout, effects: &Effects) -> Self {
-        let all = plan_at(demand, layout, effects, 0);
-        let passes =
-            all.cascades.iter().zip(&layout.cascades).flat_map(|(plan, cascade)| lines(plan, cascade)).collect();
+    pub fn new(demand: &Demand, layout: &Layout, scene: &Scene) -> Self {
+        let all = plan_at(demand, layout, scene, 0);
+        let passes = all
+            .cascades
+            .iter()
+            .zip(&layout.cascades)
+            .flat_map(|(plan, cascade)| lines(plan, cascade, scene.model))
+            .collect();
         let (transforms, samples) = all.work(layout);
         // Frames of all rates and steps of foam come together again after so many ticks.
         const ROUND: i64 = 1440;
@@ -63,7 +67,7 @@ impl Listing {
             .chain((0..ROUND).step_by(Foam::STEP_TICKS as usize))
             .collect();
         for tick in ticks {
-            let (transforms, samples) = plan_at(demand, layout, effects, tick).work(layout);
+            let (transforms, samples) = plan_at(demand, layout, scene, tick).work(layout);
             (in_round, samples_in_round) = (in_round + transforms, samples_in_round + samples);
         }
         let a_second = TICKS_PER_SECOND as f64 / ROUND as f64;
@@ -78,7 +82,7 @@ impl Listing {
 }
 
 /// Work at a tick once foam is warm.
-fn plan_at(demand: &Demand, layout: &Layout, effects: &Effects, tick: i64) -> Plan {
+fn plan_at(demand: &Demand, layout: &Layout, scene: &Scene, tick: i64) -> Plan {
     let cascade = |number: u8| {
         let here = demand.iter().filter(move |(unit, _)| unit.cascade == number);
         let due = here.clone().filter(|(_, interval)| tick % **interval == 0).map(|(unit, _)| unit);
@@ -86,13 +90,13 @@ fn plan_at(demand: &Demand, layout: &Layout, effects: &Effects, tick: i64) -> Pl
         let shown = due.clone().any(|unit| unit.group == Group::Foam);
         let held = here.clone().any(|(unit, _)| unit.group == Group::Foam);
         let work = super::FoamWork { restart: false, decay: 1.0, growth: 1.0, advance };
-        let foam = effects.foam.is_some() && (shown || held && advance);
-        CascadePlan::new(levels_of(due), foam.then_some(work), effects)
+        let foam = scene.effects.foam.is_some() && (shown || held && advance);
+        CascadePlan::new(levels_of(due), foam.then_some(work), &scene.effects).by(scene.model)
     };
     Plan { cascades: layout.cascades.iter().map(|c| cascade(c.index)).collect() }
 }
 
-fn lines(plan: &CascadePlan, cascade: &crate::sea::Cascade) -> Vec<PassLine> {
+fn lines(plan: &CascadePlan, cascade: &Cascade, model: Model) -> Vec<PassLine> {
     let line = |level, pass, fields: FieldSet, n, points| PassLine {
         cascade: cascade.index,
         level,
@@ -109,6 +113,11 @@ fn lines(plan: &CascadePlan, cascade: &crate::sea::Cascade) -> Vec<PassLine> {
     }
     for LevelPlan { level, fields, transforms, .. } in &plan.levels {
         let (n, half) = cascade.level(*level);
+        if model != Model::Fft {
+            let made = fields.difference(FieldSet::of(&[Field::Foam]));
+            lines.push(line(*level, "trochoid", made, n, made.len() * n * n));
+            continue;
+        }
         for packing in transforms {
             let (pass, columns) = match packing {
                 Packing::HalfComplex(_) => ("half_complex", [half + 1, n / 2 + 1]),

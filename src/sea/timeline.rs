@@ -28,6 +28,8 @@ pub struct Timeline {
     /// The cascades of all eras.
     layout: Arc<Layout>,
     warnings: Arc<[String]>,
+    /// Nothing was folded that acts on this tick or a later one.
+    since: i64,
 }
 
 impl Timeline {
@@ -53,7 +55,14 @@ impl Timeline {
     fn unchanged(scene: &Scene) -> Self {
         let (stages, layout) = (Stages::new(scene), Layout::of(scene));
         let eras = vec![Era::new(layout.clone(), None, stages.len())];
-        Self { scene: Arc::new(scene.clone()), stages, eras, layout: Arc::new(layout), warnings: Arc::default() }
+        Self {
+            scene: Arc::new(scene.clone()),
+            stages,
+            eras,
+            layout: Arc::new(layout),
+            warnings: Arc::default(),
+            since: i64::MIN,
+        }
     }
 
     /// The timeline with one more change, for ticks from shortly before `now` on.
@@ -85,6 +94,11 @@ impl Timeline {
     /// The tick from which on a change of layout can be accepted: when the one before is over and forgotten.
     pub fn layout_settled(&self) -> i64 {
         self.newest_era().settled()
+    }
+
+    /// The first tick whose sea is known: what acted before alone is folded away.
+    pub fn since(&self) -> i64 {
+        self.since
     }
 
     /// The scene it began with.
@@ -224,7 +238,11 @@ impl Timeline {
     fn prepare(&mut self, now: i64) {
         self.forget_eras(now);
         self.join_layouts();
-        let (oldest, last) = self.stages.over(now.saturating_sub(KEEP_TICKS));
+        let kept = now.saturating_sub(KEEP_TICKS);
+        let (oldest, last) = self.stages.over(kept);
+        if last > 0 {
+            self.since = self.since.max(kept);
+        }
         self.eras.iter_mut().for_each(|era| era.fold(&self.stages, oldest, last, self.scene.repeat.ticks));
         self.stages.fold(last);
         self.eras.iter().for_each(|era| era.prepare(&self.stages, now));
@@ -233,8 +251,11 @@ impl Timeline {
     }
 
     fn forget_eras(&mut self, now: i64) {
-        let kept = now.saturating_sub(KEEP_TICKS);
+        let (kept, before) = (now.saturating_sub(KEEP_TICKS), self.eras.len());
         self.eras.retain(|era| era.until() > kept);
+        if self.eras.len() < before {
+            self.since = self.since.max(kept);
+        }
     }
 
     fn join_layouts(&mut self) {

@@ -7,17 +7,17 @@ use axum::body::Body;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, RawQuery, State};
 use axum::response::{IntoResponse, Response};
-use axum::routing::{get, patch, put};
+use axum::routing::{get, patch, post, put};
 use http::{HeaderMap, HeaderName, Method, StatusCode, Uri, header};
 use serde_json::{Value, json};
 use tokio::task::spawn_blocking;
 
 use super::change_body::ChangeBody;
-use super::fields::read_body;
+use super::fields::{MAX_BODY, read_body};
 use super::ocean::Ocean;
 use super::problem::Problem;
 use super::proposal::{Proposal, told};
-use super::{hello, metrics, plan, upgrade, viewer};
+use super::{hello, metrics, plan, probe, upgrade, viewer};
 use crate::scene::{CascadesFile, SceneFile};
 use crate::wire::TICKS_PER_SECOND;
 
@@ -38,6 +38,7 @@ pub fn router(ocean: Arc<Ocean>) -> Router {
         .route("/v1/scenes/{name}/wind", put(wind))
         .route("/v1/scenes/{name}/sea", patch(sea))
         .route("/v1/scenes/{name}/layout", put(layout))
+        .route("/v1/scenes/{name}/probe", post(water_at))
         .route("/v1/scenes/{name}/log", get(log))
         .route("/v1/scenes/{name}/statistics", get(statistics))
         .route("/v1/scenes/{name}/plan", get(plan))
@@ -52,8 +53,12 @@ pub fn router(ocean: Arc<Ocean>) -> Router {
 }
 
 fn answer(status: StatusCode, body: &Value) -> Response {
+    written(status, body.to_string())
+}
+
+fn written(status: StatusCode, json: String) -> Response {
     let kind = [(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, "no-store")];
-    (status, kind, body.to_string()).into_response()
+    (status, kind, json).into_response()
 }
 
 fn text(body: &'static str) -> Response {
@@ -113,6 +118,12 @@ async fn statistics(State(ocean): Served, name: Name) -> Result<Response, Proble
     Ok((tag(sequence), answer(StatusCode::OK, &body)).into_response())
 }
 
+/// The water at points of the world.
+async fn water_at(State(ocean): Served, name: Name, body: Body) -> Result<Response, Problem> {
+    served(&ocean, name)?;
+    Ok(written(StatusCode::OK, probe::answer(&ocean, body).await?))
+}
+
 /// What is computed now, and what it costs.
 async fn plan(State(ocean): Served, name: Name) -> Result<Response, Problem> {
     served(&ocean, name)?;
@@ -122,19 +133,19 @@ async fn plan(State(ocean): Served, name: Name) -> Result<Response, Problem> {
 
 async fn wind(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
     served(&ocean, name)?;
-    let asked = ChangeBody::wind(&read_body(body).await?)?;
+    let asked = ChangeBody::wind(&read_body(body, MAX_BODY).await?)?;
     change(&ocean, &headers, asked).await
 }
 
 async fn sea(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
     served(&ocean, name)?;
-    let asked = ChangeBody::sea(&read_body(body).await?)?;
+    let asked = ChangeBody::sea(&read_body(body, MAX_BODY).await?)?;
     change(&ocean, &headers, asked).await
 }
 
 async fn layout(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
     served(&ocean, name)?;
-    let asked = ChangeBody::layout(&read_body(body).await?)?;
+    let asked = ChangeBody::layout(&read_body(body, MAX_BODY).await?)?;
     change(&ocean, &headers, asked).await
 }
 

@@ -10,34 +10,34 @@ use tokio::time::timeout;
 use super::problem::Problem;
 use crate::wire::MAX_TICK;
 
-/// Largest body of a request.
+/// Largest body of a change.
 pub const MAX_BODY: usize = 64 << 10;
-/// A refused body is read on to here, so that its sender gets to read the answer.
-const DRAIN: usize = 1 << 20;
+/// Largest body of all. One that is refused is read on to here, so that its sender gets to read the answer.
+pub const LARGEST_BODY: usize = 1 << 20;
 /// How long a body may take.
 const BODY_TIME: Duration = Duration::from_secs(10);
 
-/// Reads a body of at most [`MAX_BODY`] bytes.
+/// Reads a body of at most `most` bytes, no more than a megabyte.
 ///
 /// # Errors
 /// 413 for a longer one, 408 for a slow one, 400 for one that ends early.
-pub async fn read_body(body: Body) -> Result<Vec<u8>, Problem> {
+pub async fn read_body(body: Body, most: usize) -> Result<Vec<u8>, Problem> {
     let read = async {
         let (mut held, mut length, mut stream) = (Vec::new(), 0, body.into_data_stream());
         while let Some(chunk) = stream.next().await {
             let chunk = chunk.map_err(|error| bad(format!("the body ends early: {error}")))?;
             length += chunk.len();
-            if length > DRAIN {
+            if length > LARGEST_BODY {
                 break;
             }
-            if length <= MAX_BODY {
+            if length <= most {
                 held.extend_from_slice(&chunk);
             }
         }
-        if length > MAX_BODY {
-            let detail = format!("the body is longer than {MAX_BODY} bytes");
+        if length > most {
+            let detail = format!("the body is longer than {most} bytes");
             return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, "body-too-large", "The body is too large", detail)
-                .allowed(MAX_BODY));
+                .allowed(most));
         }
         Ok(held)
     };
@@ -70,6 +70,11 @@ impl Fields {
             }
             Err(error) => Err(bad(format!("not JSON: {error}"))),
         }
+    }
+
+    /// A field as it stands; `None` when it is left out.
+    pub fn any(&mut self, name: &str) -> Option<Value> {
+        self.0.remove(name)
     }
 
     /// A number that may be left out.

@@ -5,8 +5,8 @@ use crate::engine::{Counters, RATES_HZ, interval_of_rate, lead_ticks};
 use crate::scene::{Detail, Foam, Scene};
 use crate::sea::{Life, Timeline};
 use crate::wire::{
-    Group, Hello, HelloCascade, HelloDetail, HelloLayout, Limits, MAX_MESSAGE_BYTES, Status, TICKS_PER_SECOND,
-    WindStatus,
+    Group, Hello, HelloCascade, HelloDetail, HelloLayout, Limits, MAX_MESSAGE_BYTES, MAX_POINTS, Status,
+    TICKS_PER_SECOND, WindStatus,
 };
 
 use super::settings::MAX_UNITS;
@@ -40,6 +40,7 @@ pub fn hello(timeline: &Timeline, epoch: Epoch, sequence: u64, tick: i64, live_u
         foam_step_ticks: Foam::STEP_TICKS,
         limits: Limits {
             message_bytes: MAX_MESSAGE_BYTES as u32,
+            points: MAX_POINTS as u32,
             units: MAX_UNITS as u32,
             live_units: u32::try_from(live_units).unwrap_or(u32::MAX),
         },

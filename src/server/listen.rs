@@ -68,6 +68,7 @@ async fn count_seconds(ocean: &Arc<Ocean>) {
         ocean.refresh_status().await;
         ocean.note_time().await;
         ocean.retire().await;
+        ocean.probes.rest(ocean.tick());
     }
 }
 

@@ -12,6 +12,10 @@ pub struct Metrics {
     bytes_sent: AtomicU64,
     jumps: AtomicU64,
     refused_connections: AtomicU64,
+    probes: AtomicU64,
+    probe_points: AtomicU64,
+    probe_transforms: AtomicU64,
+    probe_us: AtomicU64,
 }
 
 impl Metrics {
@@ -24,6 +28,14 @@ impl Metrics {
     /// A client was behind and was moved to the newest frames.
     pub fn jumped(&self) {
         self.jumps.fetch_add(1, Relaxed);
+    }
+
+    /// Points were probed.
+    pub fn probed(&self, points: u64, transforms: u64, us: u64) {
+        self.probes.fetch_add(1, Relaxed);
+        self.probe_points.fetch_add(points, Relaxed);
+        self.probe_transforms.fetch_add(transforms, Relaxed);
+        self.probe_us.fetch_add(us, Relaxed);
     }
 
     /// A connection or client was refused for want of room.
@@ -57,6 +69,7 @@ pub fn page(ocean: &Ocean) -> String {
     put("wanted_hs_metres", "gauge", "The same of the spectrum asked for, resolved or not.", "", wanted);
     put("ring_bytes", "gauge", "Bytes of frames held for clients.", "", ocean.ring.bytes() as f64);
     put("live_units", "gauge", "Units wanted now.", "", ocean.demand().len() as f64);
+    put("live_points", "gauge", "Points that clients follow.", "", ocean.points.live() as f64);
     put("engine_alive", "gauge", "1 while the engine's thread lives.", "", f64::from(u8::from(ocean.is_ready())));
     put("steps_total", "counter", "Ticks made.", "", engine.steps as f64);
     put("transforms_total", "counter", "Real fields transformed.", "", engine.work.transforms as f64);
@@ -66,6 +79,10 @@ pub fn page(ocean: &Ocean) -> String {
     put("frames_skipped_total", "counter", "Ticks passed over, too slow.", "", engine.skipped_frames as f64);
     put("frames_refused_total", "counter", "Frames with a value not finite.", "", engine.refused_frames as f64);
     put("backend_errors_total", "counter", "Errors of the backend.", "", engine.backend_errors as f64);
+    put("probes_total", "counter", "Requests of points that were answered.", "", count(&counts.probes));
+    put("probe_points_total", "counter", "Points of those.", "", count(&counts.probe_points));
+    put("probe_transforms_total", "counter", "Transforms made for them.", "", count(&counts.probe_transforms));
+    put("probe_seconds_total", "counter", "Seconds spent on them.", "", count(&counts.probe_us) / 1e6);
     put("foam_warm", "gauge", "1 when foam is whole.", "", f64::from(u8::from(engine.foam_warm)));
     put("log_sequence", "gauge", "Newest entry of the control log.", "", sequence as f64);
     put("tick", "gauge", "Ticks since the sea began.", "", tick as f64);

@@ -6,12 +6,16 @@
 mod api;
 mod bulletin;
 mod change_body;
+mod farewell;
 mod fields;
 mod hello;
 mod listen;
 mod metrics;
 mod ocean;
 mod plan;
+mod points;
+mod probe;
+mod probe_body;
 mod problem;
 mod proposal;
 mod requests;

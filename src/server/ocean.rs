@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
+use bytes::Bytes;
 use serde_json::Value;
 use tokio::task::spawn_blocking;
 
@@ -10,6 +11,8 @@ use super::bulletin::Bulletin;
 use super::hello;
 use super::metrics::Metrics;
 use super::plan::Costs;
+use super::points::PointsBoard;
+use super::probe::Probes;
 use super::problem::Problem;
 use super::proposal::Gate;
 use super::ring::Ring;
@@ -17,7 +20,7 @@ use super::seats::Seats;
 use super::settings::Settings;
 use super::subscriptions::Subscriptions;
 use crate::control::{Begun, Epoch, Store};
-use crate::engine::{Clock, Counters, Engine};
+use crate::engine::{Batch, Clock, Counters, Engine, PointsWish};
 use crate::plan::Demand;
 use crate::sea::{Layout, Timeline};
 use crate::wire::{Hello, Status, TICKS_PER_SECOND, UnitName};
@@ -36,6 +39,8 @@ pub struct Ocean {
     pub(super) seats: Arc<Seats>,
     pub(super) metrics: Metrics,
     pub(super) costs: Costs,
+    pub(super) probes: Probes,
+    pub(super) points: Arc<PointsBoard>,
     /// Changes are decided one at a time.
     pub(super) gate: tokio::sync::Mutex<Gate>,
     current: RwLock<Current>,
@@ -96,8 +101,10 @@ impl Ocean {
         let timeline = Arc::new(Timeline::replay(&scene, &changes, tick));
         let build_us = clock.now_us() - started;
         let (ring, bulletin) = (Arc::new(Ring::new(settings.ring_bytes)), Arc::new(Bulletin::new()));
-        let (to_ring, to_all) = (Arc::clone(&ring), Arc::clone(&bulletin));
-        let publish = Box::new(move |batch| {
+        let points = Arc::new(PointsBoard::new(settings.live_points));
+        let (to_ring, to_board, to_all) = (Arc::clone(&ring), Arc::clone(&points), Arc::clone(&bulletin));
+        let publish = Box::new(move |mut batch: Batch| {
+            to_board.post(std::mem::take(&mut batch.points));
             to_ring.push(batch);
             to_all.wake();
         });
@@ -118,6 +125,8 @@ impl Ocean {
             bulletin,
             metrics: Metrics::default(),
             costs: Costs::default(),
+            probes: Probes::default(),
+            points,
             gate: tokio::sync::Mutex::new(Gate::new(changes, build_us, tick)),
             current: RwLock::new(Current { sequence, timeline }),
             status: RwLock::new(status),
@@ -295,8 +304,26 @@ impl Client {
     }
 }
 
+impl Client {
+    /// Replaces the points that this client follows, and tells the engine. Returns the first tick that will come.
+    ///
+    /// # Errors
+    /// How many points it may follow.
+    pub fn follow(&self, id: u64, interval: i64, points: Vec<[f64; 2]>) -> Result<i64, usize> {
+        let wish = PointsWish { client: self.id, id, interval, points: points.into() };
+        let tell = |wishes| self.ocean.engine.set_points(wishes);
+        self.ocean.points.replace(wish, tell, || self.ocean.tick() + hello::lead())
+    }
+
+    /// The newest water at its points, once.
+    pub fn water(&self) -> Option<Bytes> {
+        self.ocean.points.take(self.id)
+    }
+}
+
 impl Drop for Client {
     fn drop(&mut self) {
+        self.ocean.points.remove(self.id, |wishes| self.ocean.engine.set_points(wishes));
         self.ocean.wish(|subscriptions| subscriptions.remove(self.id));
         self.ocean.clients.fetch_sub(1, Relaxed);
     }

@@ -24,7 +24,7 @@ pub async fn plan(ocean: &Arc<Ocean>) -> Result<(u64, Value), Problem> {
     let (timeline, demand) = (current.timeline, ocean.demand());
     let effects = costs(ocean).await?;
     let counters = ocean.counters();
-    let listing = Listing::new(&demand, timeline.layout(), &timeline.scene().effects);
+    let listing = Listing::new(&demand, timeline.layout(), timeline.scene());
     let Ok(mut body) = serde_json::to_value(listing) else { return Err(Problem::internal("the plan can't be told")) };
     let unit = |(unit, interval): (&UnitName, &i64)| {
         let mut told = json!(unit);

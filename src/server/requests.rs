@@ -2,7 +2,9 @@
 
 use crate::engine::{RATES_HZ, interval_of_rate};
 use crate::sea::{Layout, Timeline};
-use crate::wire::{ClientError, ErrorCode, Group, MAX_TICK, ServerMessage, Subscribe, UnitName, UnitRate};
+use crate::wire::{
+    ClientError, ErrorCode, Group, MAX_POINTS, MAX_TICK, Points, ServerMessage, Subscribe, UnitName, UnitRate,
+};
 
 use super::settings::MAX_UNITS;
 
@@ -72,6 +74,26 @@ fn check_rate(field: &str, rate_hz: u32) -> Result<(), ClientError> {
         return Ok(());
     }
     Err(invalid(field.to_owned(), rate_hz, &format!("one of {RATES_HZ:?}")))
+}
+
+/// Checks a wish for points; gives its interval in ticks.
+///
+/// # Errors
+/// [`ClientError`] naming the field that is wrong, its value and its bound.
+pub fn check_points(points: &Points) -> Result<i64, ClientError> {
+    if !RATES_HZ.contains(&points.rate_hz) {
+        return Err(invalid("rate_hz".to_owned(), points.rate_hz, &format!("one of {RATES_HZ:?}")));
+    }
+    if points.points.len() > MAX_POINTS {
+        return Err(invalid("points".to_owned(), points.points.len(), &format!("at most {MAX_POINTS}")));
+    }
+    Ok(interval_of_rate(points.rate_hz))
+}
+
+/// The refusal of points beyond what all clients together may follow.
+pub fn no_room_for_points(asked: usize, left: usize) -> ClientError {
+    let detail = format!("{asked} points are asked for, and {left} more can be followed, all clients taken together");
+    ClientError { code: ErrorCode::Unavailable, field: Some("points".to_owned()), detail }
 }
 
 /// A refusal as it is sent.

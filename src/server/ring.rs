@@ -131,6 +131,7 @@ mod tests {
         ring.push(Batch {
             tick,
             frames: vec![(UNIT, frame.clone()), (UNIT, frame)],
+            points: Vec::new(),
             refused: 0,
             work: Work::default(),
         });

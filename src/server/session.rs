@@ -7,15 +7,12 @@ use std::collections::VecDeque;
 use std::future::poll_fn;
 use std::sync::Arc;
 use std::task::{Context, Poll};
-use std::time::Duration;
 
 use futures_util::{SinkExt, StreamExt};
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::time::timeout;
-use tokio_websockets::proto::ProtocolError;
-use tokio_websockets::{CloseCode, Error, Limits, Message, ServerBuilder, WebSocketStream};
+use tokio_websockets::{Error, Limits, Message, ServerBuilder, WebSocketStream};
 
 use super::bulletin::Reader;
+use super::farewell::{End, OVERFLOW, end_of, part};
 use super::hello::lead;
 use super::ocean::{Client, Ocean};
 use super::requests;
@@ -24,8 +21,8 @@ use super::socket::Socket;
 use crate::engine::interval_of_rate;
 use crate::sea::Layout;
 use crate::wire::{
-    ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, ServerMessage, Subscribe, Subscribed, TICKS_PER_SECOND,
-    TimeAnswer, UnitName, UnitRate,
+    ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, Points, PointsSubscribed, ServerMessage, Subscribe,
+    Subscribed, TICKS_PER_SECOND, TimeAnswer, UnitName, UnitRate,
 };
 
 /// Most answers that wait for the socket; a client that asks for more without reading is closed.
@@ -41,8 +38,6 @@ const TICKS_PER_SUBSCRIPTION: i64 = TICKS_PER_SECOND / 4;
 const BURST: usize = 64 << 10;
 /// Frames for a tick this long past are not worth sending: 250 ms.
 const STALE: i64 = TICKS_PER_SECOND / 4;
-/// How long a close may take.
-const FAREWELL: Duration = Duration::from_secs(2);
 
 type Stream = WebSocketStream<Socket>;
 
@@ -66,15 +61,6 @@ pub async fn serve(ocean: Arc<Ocean>, socket: Socket) {
     part(stream, end).await;
 }
 
-/// How a session ends; without one, the connection is gone already.
-#[derive(Clone, Copy, Debug)]
-enum End {
-    /// We close, and say why.
-    Close(u16, &'static str),
-    /// The client closes; the answer to that is on its way.
-    Answer,
-}
-
 enum Answer {
     Text(Message),
     /// Its second stamp is taken when it is written.
@@ -93,6 +79,8 @@ struct Session {
     /// In order.
     units: Vec<Flow>,
     cursor: Cursor,
+    /// It follows points.
+    follows: bool,
     /// The tick up to which the allowance of subscriptions is used up.
     subscribed_until: i64,
     flushing: bool,
@@ -130,6 +118,7 @@ impl Session {
             lane: VecDeque::from([Answer::Text(Message::text(hello))]),
             units: Vec::new(),
             cursor: Cursor::default(),
+            follows: false,
             subscribed_until: i64::MIN,
             flushing: false,
             pongs: 0,
@@ -214,6 +203,10 @@ impl Session {
             self.pinged = beats;
             self.send(Message::ping(""));
         }
+        if let Some(water) = if self.follows { self.client.water() } else { None } {
+            self.ocean.metrics.sent(1, water.len() as u64);
+            self.send(Message::binary(water));
+        }
         if self.units.is_empty() {
             return Ok(());
         }
@@ -269,6 +262,14 @@ impl Session {
                 };
                 self.answer(&answer);
             }
+            Ok(ClientMessage::Points(points)) => {
+                let id = points.id;
+                let answer = match self.follow(points) {
+                    Ok(subscribed) => ServerMessage::PointsSubscribed(subscribed),
+                    Err(error) => requests::refusal(error, Some(id)),
+                };
+                self.answer(&answer);
+            }
             Err(error) => {
                 let parsed = matches!(error.code, ErrorCode::Invalid | ErrorCode::Unavailable);
                 self.answer(&requests::refusal(error, requests::id_of(text)));
@@ -285,9 +286,8 @@ impl Session {
         self.lane.push_back(Answer::Text(Message::text(message.to_json())));
     }
 
-    fn subscribe(&mut self, subscribe: Subscribe) -> Result<Subscribed, ClientError> {
-        let now = self.ocean.tick();
-        let asked = requests::check(&subscribe, &self.ocean.current().timeline, now)?;
+    /// Uses up a part of the allowance of subscriptions.
+    fn allow(&mut self, now: i64) -> Result<(), ClientError> {
         let least = now.saturating_sub(SUBSCRIPTIONS * TICKS_PER_SUBSCRIPTION);
         let used = self.subscribed_until.max(least) + TICKS_PER_SUBSCRIPTION;
         if used > now {
@@ -295,6 +295,24 @@ impl Session {
             return Err(ClientError { code: ErrorCode::Unavailable, field: None, detail });
         }
         self.subscribed_until = used;
+        Ok(())
+    }
+
+    fn follow(&mut self, points: Points) -> Result<PointsSubscribed, ClientError> {
+        let interval = requests::check_points(&points)?;
+        self.allow(self.ocean.tick())?;
+        let Points { id, rate_hz, points } = points;
+        let count = points.len();
+        let from_tick = self.client.follow(id, interval, points);
+        let from_tick = from_tick.map_err(|left| requests::no_room_for_points(count, left))?;
+        self.follows = count > 0;
+        Ok(PointsSubscribed { id, rate_hz, from_tick, count: count as u32 })
+    }
+
+    fn subscribe(&mut self, subscribe: Subscribe) -> Result<Subscribed, ClientError> {
+        let now = self.ocean.tick();
+        let asked = requests::check(&subscribe, &self.ocean.current().timeline, now)?;
+        self.allow(now)?;
         let granted = self.client.subscribe(&asked);
         let granted = granted.map_err(|index| requests::unavailable(index, self.ocean.settings.live_units))?;
         // Read after the engine was told: frames up to here may have left without the new units.
@@ -322,8 +340,6 @@ impl Session {
     }
 }
 
-const OVERFLOW: End = End::Close(4000, "control messages are not read");
-
 impl Answer {
     fn stamped(self, ocean: &Ocean) -> Message {
         match self {
@@ -334,34 +350,4 @@ impl Answer {
             }
         }
     }
-}
-
-fn end_of(error: &Error) -> Option<End> {
-    match error {
-        Error::PayloadTooLong { .. } => Some(End::Close(1009, "the message is too long")),
-        Error::Protocol(ProtocolError::InvalidUtf8) => Some(End::Close(1007, "text must be UTF-8")),
-        Error::Protocol(_) => Some(End::Close(1002, "not the WebSocket protocol")),
-        _ => None,
-    }
-}
-
-/// Closes a connection so that the client can read why.
-async fn part(mut stream: Stream, end: Option<End>) {
-    let Some(end) = end else { return };
-    if let End::Close(code, reason) = end
-        && let Ok(code) = CloseCode::try_from(code)
-    {
-        // Refused where the library has queued a close of its own, with the same code.
-        let _ = stream.start_send_unpin(Message::close(Some(code), reason));
-    }
-    let polite = async {
-        stream.flush().await.ok()?;
-        let mut socket = stream.into_inner();
-        socket.shutdown().await.ok()?;
-        // Bytes left unread would turn the close into a reset, and the client would never read it.
-        let mut waste = vec![0; 4096];
-        while socket.read(&mut waste).await.ok()? > 0 {}
-        Some(())
-    };
-    let _ = timeout(FAREWELL, polite).await;
 }

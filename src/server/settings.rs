@@ -17,6 +17,8 @@ pub struct Settings {
     pub clients: usize,
     /// Most units encoded for all clients together.
     pub live_units: usize,
+    /// Most points that all clients together follow.
+    pub live_points: usize,
     /// Origins, as browsers write them, that may open a stream besides the server's own.
     pub allowed_origins: Vec<String>,
     /// Most bytes of frames kept for clients that are behind.
@@ -37,6 +39,7 @@ impl Default for Settings {
             connections_per_address: 2048,
             clients: 2048,
             live_units: 64,
+            live_points: 10_000,
             allowed_origins: Vec::new(),
             ring_bytes: 256 << 20,
             silence: Duration::from_secs(45),

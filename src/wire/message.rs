@@ -3,10 +3,11 @@
 use serde::{Deserialize, Deserializer, Serialize, de};
 use thiserror::Error;
 
+use super::points::{Points, PointsSubscribed};
 use super::vocabulary::{ErrorClass, Group};
 
 /// Largest text message a client may send.
-pub const MAX_MESSAGE_BYTES: usize = 4096;
+pub const MAX_MESSAGE_BYTES: usize = 65_536;
 
 /// A unit as messages name it: what is encoded once and shared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -62,6 +63,8 @@ pub struct Time {
 pub enum ClientMessage {
     /// Replace the subscription.
     Subscribe(Subscribe),
+    /// Replace the points.
+    Points(Points),
     /// Ask for the time.
     Time(Time),
 }
@@ -187,6 +190,9 @@ pub struct Limits {
     pub units: u32,
     /// Most units encoded for all clients together.
     pub live_units: u32,
+    /// Most points of one client; none where a server has no points.
+    #[serde(default)]
+    pub points: u32,
 }
 
 /// The server's first message.
@@ -343,6 +349,8 @@ pub enum ServerMessage {
     Hello(Box<Hello>),
     /// Answer to `subscribe`.
     Subscribed(Subscribed),
+    /// Answer to `points`.
+    PointsSubscribed(PointsSubscribed),
     /// Answer to `time`.
     Time(TimeAnswer),
     /// Once a second.

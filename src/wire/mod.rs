@@ -6,6 +6,7 @@
 mod frame;
 mod message;
 mod parse;
+mod points;
 mod vocabulary;
 
 pub use frame::{FLAG_KEY, FLAG_SATURATED, FrameError, FrameHeader, HEADER_BYTES, MAGIC, split};
@@ -15,6 +16,10 @@ pub use message::{
     WireChange, WireChangeKind,
 };
 pub use parse::ServerTextError;
+pub use points::{
+    FARTHEST_M, FLAG_JACOBIAN, FLAG_NORMAL, FLAG_VELOCITY, MAX_POINTS, POINT_BYTES, POINTS_HEADER_BYTES, POINTS_MAGIC,
+    PointRecord, Points, PointsHeader, PointsSubscribed, read_points, write_points,
+};
 pub use vocabulary::{
     CODEC_I16, ErrorClass, Group, MAX_TICK, REST_TICKS, SLOWEST_INTERVAL, SUBPROTOCOL, TICKS_PER_SECOND, TILE,
 };

@@ -8,6 +8,7 @@ use thiserror::Error;
 use super::message::{
     ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, ServerMessage, Subscribe, Time, UnitName, UnitRate,
 };
+use super::points::{FARTHEST_M, Points};
 use super::vocabulary::{ErrorClass, Group, MAX_TICK};
 
 /// Why a text from a server is not a message.
@@ -28,7 +29,9 @@ impl ServerMessage {
         }
         let Kind { kind } = serde_json::from_str(text)?;
         match kind.as_str() {
-            "hello" | "subscribed" | "time" | "status" | "change" | "error" => Ok(Some(serde_json::from_str(text)?)),
+            "hello" | "subscribed" | "points_subscribed" | "time" | "status" | "change" | "error" => {
+                Ok(Some(serde_json::from_str(text)?))
+            }
             _ => Ok(None),
         }
     }
@@ -60,6 +63,14 @@ impl ClientMessage {
                     units: self::units(units)?,
                 }))
             }
+            "points" => {
+                let [_, id, rate_hz, points] = fields(&message, "", ["type", "id", "rate_hz", "points"])?;
+                Ok(Self::Points(Points {
+                    id: whole(id, "id", MAX_TICK as u64)?,
+                    rate_hz: whole(rate_hz, "rate_hz", u64::from(u32::MAX))? as u32,
+                    points: self::points(points)?,
+                }))
+            }
             "time" => {
                 let [_, t0] = fields(&message, "", ["type", "t0"])?;
                 match t0 {
@@ -70,7 +81,7 @@ impl ClientMessage {
             other => Err(ClientError {
                 code: ErrorCode::UnknownType,
                 field: Some("type".to_owned()),
-                detail: format!("type is {:?}, must be \"subscribe\" or \"time\"", beginning(other)),
+                detail: format!("type is {:?}, must be \"subscribe\", \"points\" or \"time\"", beginning(other)),
             }),
         }
     }
@@ -94,6 +105,28 @@ fn units(value: &Json) -> Result<Vec<UnitRate>, ClientError> {
         Ok(UnitRate { unit, rate_hz: rate_hz.map(rate).transpose()? })
     };
     items.iter().enumerate().map(unit).collect()
+}
+
+fn points(value: &Json) -> Result<Vec<[f64; 2]>, ClientError> {
+    let Json::List(items) = value else {
+        return Err(malformed("points", format!("is {value}, must be an array")));
+    };
+    let point = |(index, item): (usize, &Json)| {
+        let pair = if let Json::List(pair) = item { pair.as_slice() } else { &[] };
+        let [x, z] = pair else {
+            return Err(malformed(&format!("points[{index}]"), "must be an array of two numbers".to_owned()));
+        };
+        let metres = |axis: usize, value: &Json| match value {
+            Json::Number(number) => {
+                let within = number.as_f64().filter(|metres| metres.abs() <= FARTHEST_M);
+                let field = format!("points[{index}][{axis}]");
+                within.ok_or_else(|| invalid(&field, format!("is {number}, must be within {FARTHEST_M} metres")))
+            }
+            other => Err(malformed(&format!("points[{index}][{axis}]"), format!("is {other}, must be a number"))),
+        };
+        Ok([metres(0, x)?, metres(1, z)?])
+    };
+    items.iter().enumerate().map(point).collect()
 }
 
 /// The `type` of a message, wherever it stands in the object.

@@ -61,7 +61,7 @@ async fn every_invalid_vector_gets_a_clean_error_from_a_live_server() {
         // A client each, so that none is closed for sending too many.
         let mut client = served.client().await;
         client.stream.send(Message::text(text.to_owned())).await.unwrap();
-        if text.len() > 4096 {
+        if text.len() > 65_536 {
             assert_eq!(client.closed().await, 1009, "{message}");
             continue;
         }

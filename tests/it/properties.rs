@@ -3,11 +3,13 @@
 mod space;
 
 use std::cell::{Cell, RefCell};
+use std::sync::Arc;
 
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestCaseResult, TestRng, TestRunner};
 use swellcast::backend::{Backend, Cpu, Surface};
+use swellcast::engine::{ProbeFields, ProbeMethod, Prober};
 use swellcast::plan::{CascadePlan, Field, FieldSet, FoamWork, Plan};
 use swellcast::scene::{Change, ChangeKind, Foam, SceneError, SceneFile, SeaState};
 use swellcast::sea::{CascadeModes, EnergyTable, Sea, Timeline};
@@ -126,6 +128,34 @@ fn a_scene_is_refused_by_name_or_gives_a_finite_sea_for_ever() {
         panic!("{error}");
     }
     assert!(built > refused, "{built} scenes were built: the space has become all refusals");
+}
+
+#[test]
+fn any_point_of_any_scene_has_finite_water_or_is_told_to_fold() {
+    let metres = prop_oneof![Just(0.0), Just(-0.0), Just(1e9), Just(5e-324), -1e9..1e9, -100.0..100.0];
+    let law = |(file, points): (SceneFile, Vec<[f64; 2]>)| {
+        let Ok(scene) = file.check(None) else { return Ok(()) };
+        let mut prober = Prober::new(Box::new(Cpu::new(Some(2))), Arc::new(Timeline::new(&scene)));
+        for (tick, method) in [(0, ProbeMethod::Grid), (TEN_YEARS, ProbeMethod::Direct { share: 0.9 })] {
+            let probed = prober.probe(tick, &points, ProbeFields::ALL, method);
+            let probed = probed.map_err(|error| TestCaseError::fail(error.to_string()))?;
+            for answer in probed.answers {
+                let numbers = [answer.height, answer.residual, answer.jacobian.unwrap_or(f64::NAN)];
+                let vectors = [answer.normal.unwrap_or_default(), answer.velocity.unwrap_or_default()];
+                let all = numbers.iter().chain(vectors.iter().flatten()).chain(&answer.rest);
+                prop_assert!(all.into_iter().all(|v| v.is_finite()), "{:?}", answer);
+                prop_assert!(answer.folded || answer.residual < 1e-3, "{:?}", answer);
+                let [x, y, z] = answer.normal.unwrap_or_default();
+                prop_assert!(((x * x + y * y + z * z) - 1.0).abs() < 1e-9, "{:?}", answer);
+                prop_assert!(answer.iterations <= 100, "{:?}", answer);
+            }
+        }
+        Ok(())
+    };
+    let points = vec([metres.clone(), metres], 1..8);
+    if let Err(error) = runner(150).run(&(space::scene_files(), points), law) {
+        panic!("{error}");
+    }
 }
 
 /// A change of the wind or of the depth somewhere in twenty seconds, at once or over up to twelve.

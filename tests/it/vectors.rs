@@ -6,6 +6,7 @@ mod bad_frames;
 mod bad_messages;
 mod frames;
 mod messages;
+mod points;
 
 use std::fs;
 use std::path::PathBuf;
@@ -26,6 +27,10 @@ fn all() -> Vec<(String, Vec<u8>)> {
         files.push((format!("{}.bin", sample.name), sample.bytes()));
         files.push((format!("{}.json", sample.name), describe(&sample).into_bytes()));
     }
+    for sample in points::samples() {
+        files.push((format!("points/{}.bin", sample.0), points::bytes(&sample)));
+        files.push((format!("points/{}.json", sample.0), points::describe(&sample).into_bytes()));
+    }
     files.push(("messages.json".to_owned(), messages::valid().into_bytes()));
     let bad = bad_frames::all();
     for (name, _, _, bytes) in &bad {
@@ -43,6 +48,7 @@ fn vectors_are_what_the_code_says() {
     if bless {
         let _ = fs::remove_dir_all(folder());
         fs::create_dir_all(folder().join("invalid")).unwrap();
+        fs::create_dir_all(folder().join("points")).unwrap();
     }
     for (name, bytes) in &files {
         let path = folder().join(name);
@@ -53,7 +59,7 @@ fn vectors_are_what_the_code_says() {
         assert!(held == *bytes, "{name} differs from what the code says; if that is meant, run `just bless`");
     }
     let mut expected: Vec<_> = files.iter().map(|(name, _)| folder().join(name)).collect();
-    let mut found: Vec<_> = [folder(), folder().join("invalid")]
+    let mut found: Vec<_> = [folder(), folder().join("invalid"), folder().join("points")]
         .iter()
         .flat_map(|dir| fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path()))
         .filter(|path| path.is_file())

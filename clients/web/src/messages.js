@@ -35,6 +35,7 @@ const FORMS = {
     groups: (v) => list(v) && v.every((g) => object(g) && text(g.name) && list(g.channels)),
     limits: object,
   },
+  points_subscribed: { id: index, rate_hz: index, from_tick: index, count: index },
   subscribed: { id: index, rate_hz: index, units: (v) => list(v) && v.every(isUnit), from_tick: index },
   time: { t0: finite, t1_us: finite, t2_us: finite },
   status: { tick: index, sequence: index, hs_m: finite, wind: orNull(isWind) },

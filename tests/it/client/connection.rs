@@ -74,6 +74,7 @@ async fn play(stream: TcpStream) {
     while let Some(Ok(message)) = socket.next().await {
         let Some(text) = message.as_text() else { continue };
         match ClientMessage::parse(text).unwrap() {
+            ClientMessage::Points(points) => panic!("this client follows none: {points:?}"),
             ClientMessage::Time(time) => {
                 times += 1;
                 let at = 5_000_000 + time.t0 as i64;

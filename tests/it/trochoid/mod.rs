@@ -1,5 +1,6 @@
 //! The trochoid model: its shapes, its bits and its spectrum.
 
+mod served;
 mod shape;
 mod spectrum;
 mod surface;

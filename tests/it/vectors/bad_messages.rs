@@ -83,6 +83,16 @@ pub fn bad_messages() -> Vec<BadMessage> {
     ] {
         bad("invalid", Some(field), why, &unit(wrong));
     }
+    let points = |points: &str| format!(r#"{{"type":"points","id":1,"rate_hz":15,"points":{points}}}"#);
+    bad(malformed, Some("points"), "no points", r#"{"type":"points","id":1,"rate_hz":15}"#);
+    bad(malformed, Some("points"), "points is an object", &points("{}"));
+    bad(malformed, Some("units"), "points have no units", r#"{"type":"points","id":1,"rate_hz":15,"units":[]}"#);
+    bad(malformed, Some("points[0]"), "a point is a number", &points("[1,2]"));
+    bad(malformed, Some("points[1]"), "a point of three numbers", &points("[[1,2],[1,2,3]]"));
+    bad(malformed, Some("points[0]"), "a point of one number", &points("[[1]]"));
+    bad(malformed, Some("points[0][1]"), "a coordinate is null", &points("[[1,null]]"));
+    bad("invalid", Some("points[0][0]"), "a point beyond a million kilometres", &points("[[-1.1e9,0]]"));
+    bad("invalid", Some("id"), "the id of points below 0", r#"{"type":"points","id":-1,"rate_hz":15,"points":[]}"#);
     let good = r#"{"cascade":0,"level":0,"class":"1mm","group":"foam"}"#;
     bad(malformed, Some("units[1]"), "the second unit is null", &unit(&format!("{good},null")));
     all
@@ -111,8 +121,8 @@ fn not_objects(bad: &mut impl FnMut(&'static str, &str)) {
     bad("two thousand arrays in one another", &format!("{}{}", "[".repeat(2000), "]".repeat(2000)));
     bad("five hundred objects in one another", &format!("{}1{}", "{\"a\":".repeat(500), "}".repeat(500)));
     bad("an array of 2000 zeros", &format!("[{}0]", "0,".repeat(1999)));
-    let long = format!(r#"{{"type":"time","t0":1{}}}"#, " ".repeat(5000));
-    bad("above 4096 bytes (a server closes with 1009 before it parses)", &long);
+    let long = format!(r#"{{"type":"time","t0":1{}}}"#, " ".repeat(65_536));
+    bad("above 65536 bytes (a server closes with 1009 before it parses)", &long);
 }
 
 /// `invalid/messages.json`.

@@ -3,8 +3,8 @@
 use serde_json::json;
 use swellcast::wire::{
     ClientMessage, ErrorClass, ErrorCode, Group, Hello, HelloCascade, HelloDetail, HelloLayout, Limits,
-    MAX_MESSAGE_BYTES, MAX_TICK, ServerMessage, Status, Subscribe, Subscribed, TICKS_PER_SECOND, Time, TimeAnswer,
-    UnitName, UnitRate, WindStatus, WireChange, WireChangeKind,
+    MAX_MESSAGE_BYTES, MAX_TICK, Points, PointsSubscribed, ServerMessage, Status, Subscribe, Subscribed,
+    TICKS_PER_SECOND, Time, TimeAnswer, UnitName, UnitRate, WindStatus, WireChange, WireChangeKind,
 };
 
 fn unit(cascade: u8, level: u8, class: ErrorClass, group: Group) -> UnitName {
@@ -28,6 +28,7 @@ pub fn from_clients() -> Vec<(&'static str, ClientMessage, String)> {
     let rates: Vec<UnitRate> =
         units.iter().zip([Some(60), None, Some(15)]).map(|(unit, rate_hz)| UnitRate { rate_hz, ..*unit }).collect();
     let subscribe = |id, rate_hz, units| ClientMessage::Subscribe(Subscribe { id, rate_hz, units });
+    let points = |id, rate_hz, points| ClientMessage::Points(Points { id, rate_hz, points });
     let time = |t0| ClientMessage::Time(Time { t0 });
     let written = |name, message: ClientMessage| {
         let text = serde_json::to_string(&message).expect("plain data");
@@ -38,6 +39,8 @@ pub fn from_clients() -> Vec<(&'static str, ClientMessage, String)> {
         written("subscribe to units at rates of their own", subscribe(4, 30, rates)),
         written("stop the flow", subscribe(2, 30, vec![])),
         written("the largest id", subscribe(MAX_TICK as u64, 60, vec![])),
+        written("points", points(5, 15, vec![[0.0, -0.5], [1e9, -1e9], [12.25, 3.5]])),
+        written("no more points", points(6, 30, vec![])),
         written("a time of microseconds", time(1_234_567.0)),
         written("a time with a fraction", time(1_234.567_800_001)),
         written("a time below zero", time(-0.5)),
@@ -88,7 +91,7 @@ pub fn from_server() -> Vec<(&'static str, ServerMessage)> {
         classes: Hello::all_classes(),
         groups: Hello::groups(|_| true),
         foam_step_ticks: 240,
-        limits: Limits { message_bytes: MAX_MESSAGE_BYTES as u32, units: 32, live_units: 64 },
+        limits: Limits { message_bytes: MAX_MESSAGE_BYTES as u32, units: 32, live_units: 64, points: 2000 },
     };
     let status = Status {
         tick: MAX_TICK,
@@ -141,6 +144,10 @@ pub fn from_server() -> Vec<(&'static str, ServerMessage)> {
         ("hello", ServerMessage::Hello(Box::new(hello))),
         ("a further hello, while the layout changes", ServerMessage::Hello(Box::new(changing))),
         ("subscribed", ServerMessage::Subscribed(Subscribed { id: 1, rate_hz: 15, units, from_tick: 7200 })),
+        (
+            "points_subscribed",
+            ServerMessage::PointsSubscribed(PointsSubscribed { id: 5, rate_hz: 15, from_tick: 7200, count: 3 }),
+        ),
         (
             "time",
             ServerMessage::Time(TimeAnswer { t0: 1_234.567_800_001, t1_us: 86_400_000_000, t2_us: 86_400_000_017 }),
