@@ -14,6 +14,7 @@ check: fmt lint doc purity deny
 fmt:
     cargo fmt --all --check
     cargo fmt --manifest-path tests/fuzz/Cargo.toml --check
+    cargo fmt --manifest-path benches/peers/Cargo.toml --check
 
 lint:
     cargo clippy --all-targets -- -D warnings
@@ -65,6 +66,14 @@ bless:
 # Every bench.
 bench *args:
     cargo bench {{args}}
+
+# Write docs/effects.md anew: what a running server spends on each demand, and how soon a joiner has frames.
+effects:
+    cargo bench --bench demand -- --write
+
+# Write docs/performance.md anew: the step beside the bare transforms of FFTW; needs libfftw3-dev.
+peers rounds="60":
+    CARGO_TARGET_DIR=target/peers cargo run --release --manifest-path benches/peers/Cargo.toml --bin fftw -- {{rounds}} docs/performance.md
 
 # Write the table of docs/trochoid.md anew.
 trochoid:

@@ -1,7 +1,7 @@
 //! The CPU step beside the bare transforms of FFTW, planned with MEASURE, for the same fields in the same run.
 //!
-//! `cargo run --release --manifest-path benches/peers/Cargo.toml --bin fftw` (`just peers`); needs libfftw3-dev. Rounds
-//! of all contestants are interleaved; what is printed is the median ratio of paired rounds and its quartiles.
+//! `cargo run --release --manifest-path benches/peers/Cargo.toml --bin fftw -- [ROUNDS] [PAGE]` (`just peers`); needs
+//! libfftw3-dev. Rounds of all contestants are interleaved.
 
 use std::ffi::{c_int, c_uint, c_void};
 use std::time::Instant;
@@ -99,21 +99,40 @@ fn quartiles(mut values: Vec<f64>) -> [f64; 3] {
     [1, 2, 3].map(|quarter| values[values.len() * quarter / 4])
 }
 
+const INTRODUCTION: &str = "\
+# The CPU step beside bare transforms
+
+`just peers` writes this page. One cascade, all eight fields of waves (height, displacement, slopes, derivatives), each \
+frame a new tick: evolve, transform, everything. Beside it, in the same run and in turns, eight bare half-complex to \
+real transforms of the same size by FFTW 3 in single precision, planned with MEASURE, side by side over as many threads. \
+*band*: where it ends, as a share of Nyquist; FFTW always transforms the whole. *ratio*: step over FFTW, the median of \
+paired rounds and its quartiles. Then where the step's time goes, each pass alone: *evolve* turns every mode to the \
+tick, *columns* multiplies by each field's factor and transforms along z, *rows* gathers and transforms along x.
+";
+
 fn main() {
-    let rounds: usize = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(60);
-    println!("# One cascade, all eight fields: the step beside FFTW's bare transforms ({rounds} paired rounds)\n");
-    println!("| N | band | threads | FFTW ms | step ms | ratio (quartiles) | evolve | columns | rows |");
-    println!("|---|---|---|---|---|---|---|---|---|");
+    let mut arguments = std::env::args().skip(1);
+    let rounds: usize = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(60);
+    let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
+    let mut page = format!("{INTRODUCTION}\n{rounds} rounds (half as many at 1024) on {cores} cores, {}.\n\n", std::env::consts::ARCH);
+    page += "| N | band | threads | FFTW, ms | step, ms | ratio | evolve | columns | rows |\n";
+    page += "|---|---|---|---|---|---|---|---|---|\n";
     for n in [256, 512, 1024] {
         for (band, name) in [(1.0, "full"), (1.0 / 3.0, "1/3")] {
             for threads in [1, 2] {
-                compare(n, band, name, threads, if n == 1024 { rounds / 2 } else { rounds });
+                let line = compare(n, band, name, threads, if n == 1024 { rounds.div_ceil(2) } else { rounds });
+                eprintln!("{line}");
+                page += &format!("{line}\n");
             }
         }
     }
+    println!("{page}");
+    if let Some(path) = arguments.next() {
+        std::fs::write(path, page).expect("the page can be written");
+    }
 }
 
-fn compare(n: usize, band_limit: f64, band: &str, threads: usize, rounds: usize) {
+fn compare(n: usize, band_limit: f64, band: &str, threads: usize, rounds: usize) -> String {
     let sea = Timeline::new(&scene(n, band_limit)).at(0);
     let mut fftw: Vec<Fftw> = FIELDS.iter().map(|_| Fftw::new(n)).collect();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
@@ -155,8 +174,8 @@ fn compare(n: usize, band_limit: f64, band: &str, threads: usize, rounds: usize)
     let ratios = times[0].iter().zip(&times[1]).map(|(fftw, step)| step / fftw).collect();
     let [low, ratio, high] = quartiles(ratios);
     let [fftw, step, evolve, columns, rows] = times.map(|times| quartiles(times)[1]);
-    println!(
+    format!(
         "| {n} | {band} | {threads} | {fftw:.3} | {step:.3} | {ratio:.2} ({low:.2} to {high:.2}) | {evolve:.3} | \
          {columns:.3} | {rows:.3} |"
-    );
+    )
 }

@@ -10,7 +10,7 @@ use swellcast::wire::{ErrorClass, Group, UnitName};
 
 #[test]
 fn the_backend_serves_the_model_foam_included_and_without_a_transform() {
-    let scene = swellcast::scene::preset("trochoid").unwrap();
+    let scene = preset("trochoid").unwrap();
     let timeline = Arc::new(Timeline::new(&scene));
     let unit = |level, group| UnitName { cascade: 0, level, class: ErrorClass::Millimetre, group };
     let demand: Demand =
