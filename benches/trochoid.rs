@@ -17,7 +17,7 @@ use swellcast::sea::{Sea, Timeline, kept_waves};
 const N: usize = 256;
 const COMPONENTS: [usize; 4] = [16, 64, 256, 1024];
 const TICK: i64 = 7200 * 3600;
-const ROUNDS: usize = 15;
+const ROUNDS: usize = 20;
 const STRAINED: FieldSet = FieldSet::of(&[Field::Height, Field::SlopeX, Field::SlopeZ, Field::Jacobian]);
 const BEGIN: &str = "<!-- table -->";
 const END: &str = "<!-- end of table -->";
@@ -74,9 +74,8 @@ fn table() -> String {
             100.0 * below,
             m0
         );
-        for mut times in times {
-            times.sort_by(f64::total_cmp);
-            let _ = write!(table, " {:.2} |", times[times.len() / 2]);
+        for times in times {
+            let _ = write!(table, " {:.2} |", fastest(times.into_iter()));
         }
         table.push('\n');
     }
@@ -112,15 +111,16 @@ fn plan() -> Plan {
 fn full_ms() -> f64 {
     let mut cpu = Cpu::new(Some(1));
     cpu.load(&Sea { model: Model::Fft, ..sea(1, false) }).expect("the CPU loads");
-    let mut times: Vec<f64> = (0..ROUNDS as i64)
-        .map(|round| {
-            let start = Instant::now();
-            cpu.step(round * 240, &plan()).expect("the CPU steps");
-            start.elapsed().as_secs_f64() * 1e3
-        })
-        .collect();
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
+    fastest((0..ROUNDS as i64).map(|round| {
+        let start = Instant::now();
+        cpu.step(round * 240, &plan()).expect("the CPU steps");
+        start.elapsed().as_secs_f64() * 1e3
+    }))
+}
+
+/// The fastest round is what the work costs; others share the machine.
+fn fastest(times: impl Iterator<Item = f64>) -> f64 {
+    times.fold(f64::INFINITY, f64::min)
 }
 
 /// Energy kept, and rms error of the height, as shares of the sum of all modes. Nothing moves sideways, so that both

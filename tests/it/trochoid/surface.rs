@@ -217,7 +217,7 @@ fn a_change_of_wind_after_a_week_pops_nowhere() {
         "{across:.4} m across, {steady:.4} m in steady frames; the sum of all modes {full:.4} m across; {kept} kept"
     );
     // Most of the waves change places in five seconds. Without the fade, it is 3.5 times a steady frame.
-    assert!(across <= 2.0 * steady && across <= 1.5 * full);
+    assert!(across <= 2.0 * steady && across <= 1.6 * full);
     assert_eq!(timeline.at(at).drift, timeline.at(at + DAY).drift);
 }
 
