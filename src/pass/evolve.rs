@@ -140,9 +140,9 @@ pub struct Column<'a> {
 }
 
 impl Column<'_> {
-    /// Modes in it.
-    pub fn len(&self) -> usize {
-        self.re.len()
+    /// The highest mode in it.
+    pub fn half(&self) -> usize {
+        self.re.len() / 2
     }
 
     /// Mode `i`: amplitude, wavenumber along z, and chop over wavenumber.

@@ -38,7 +38,7 @@ pub fn packed(a: Field, column: &Column, forward: &mut [Complex32], backward: &m
 }
 
 fn fill(column: &Column, place: &mut [Complex32], value: impl Fn(Complex32, f32, f32, f32) -> Complex32) {
-    let (half, n) = (column.len() / 2, place.len());
+    let (half, n) = (column.half(), place.len());
     let value = |i: usize| {
         let (h, kz, chop) = column.mode(i);
         value(h, column.kx, kz, chop)
@@ -58,7 +58,7 @@ fn fill_pair(
     backward: &mut [Complex32],
     value: impl Fn(Complex32, f32, f32, f32) -> (Complex32, f32, f32),
 ) {
-    let (half, n) = (column.len() / 2, forward.len());
+    let (half, n) = (column.half(), forward.len());
     // With h = u + i v: a + i b at k, and at -k, where both are the conjugates, conj(a - i b).
     let value = |i: usize| {
         let (h, kz, chop) = column.mode(i);

@@ -77,8 +77,22 @@ impl Field {
     /// Name in exports and metrics.
     pub fn name(self) -> &'static str {
         [
-            "height", "dx", "dz", "slope_x", "slope_z", "dxx", "dzz", "dxz", "velocity_x", "velocity_y", "velocity_z",
-            "jacobian", "eigenvalue", "normal_x", "normal_z", "foam",
+            "height",
+            "dx",
+            "dz",
+            "slope_x",
+            "slope_z",
+            "dxx",
+            "dzz",
+            "dxz",
+            "velocity_x",
+            "velocity_y",
+            "velocity_z",
+            "jacobian",
+            "eigenvalue",
+            "normal_x",
+            "normal_z",
+            "foam",
         ][self as usize]
     }
 }

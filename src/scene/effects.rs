@@ -30,14 +30,8 @@ pub enum Normals {
 
 impl Normals {
     /// All of them.
-    pub const ALL: [Self; 6] = [
-        Self::None,
-        Self::Exact,
-        Self::Diagonal,
-        Self::DisplacedSlopes,
-        Self::CentralDifference,
-        Self::Sobel,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::None, Self::Exact, Self::Diagonal, Self::DisplacedSlopes, Self::CentralDifference, Self::Sobel];
 
     /// The name in scene files.
     pub fn name(self) -> &'static str {

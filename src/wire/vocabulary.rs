@@ -121,17 +121,8 @@ impl Group {
 
     /// The name used in messages.
     pub fn name(self) -> &'static str {
-        [
-            "displacement",
-            "slopes",
-            "derivatives",
-            "foam",
-            "height",
-            "velocity",
-            "jacobian",
-            "stretch",
-            "normals",
-        ][self as usize]
+        ["displacement", "slopes", "derivatives", "foam", "height", "velocity", "jacobian", "stretch", "normals"]
+            [self as usize]
     }
 
     /// Names of the channels, in the order of their planes.
