@@ -162,7 +162,7 @@ impl CascadeEngine {
         });
         if let Some(work) = plan.foam {
             let [.., jacobian, _, _, _, shown] = surface.planes(0);
-            self.held_foam.resize(jacobian.len(), HeldFoam::default());
+            self.held_foam.resize(shown.len(), HeldFoam::default());
             foam::foam(&mut self.held_foam, jacobian, self.foam_threshold, work, shown);
         }
     }

@@ -6,7 +6,7 @@ use super::clock::Clock;
 use crate::backend::{Backend, BackendError};
 use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, levels_of};
 use crate::scene::{Effects, Normals};
-use crate::sea::Timeline;
+use crate::sea::{CascadeModes, Timeline};
 use crate::wire::Group;
 
 /// Steps that are not counted, and those that are.
@@ -73,15 +73,18 @@ pub fn effect_costs(
     tick: i64,
     clock: &Clock,
 ) -> Result<Vec<EffectCost>, BackendError> {
-    let (layout, scene) = (timeline.layout(), timeline.scene());
-    let work = FoamWork { restart: false, decay: 0.9, growth: 0.5, advance: true };
+    let (layout, scene, sea) = (timeline.layout(), timeline.scene(), timeline.at(tick));
+    let work = FoamWork { restart: false, decay: 0.9, growth: 0.5, advance: true, breaks: true };
     let mut costs = Vec::new();
     let mut plans = Vec::new();
     for (effect, fields, normals) in effects() {
         let foam = fields.contains(&Field::Foam);
         let way = Effects { normals: normals.unwrap_or_default(), ..scene.effects };
-        let plan = CascadePlan::new([(0, FieldSet::of(&fields))], foam.then_some(work), &way).by(scene.model);
-        let plan = Plan { cascades: vec![plan; layout.cascades.len()] };
+        let cascade = |modes: &CascadeModes| {
+            let work = FoamWork { breaks: modes.breaks(), ..work };
+            CascadePlan::new([(0, FieldSet::of(&fields))], foam.then_some(work), &way).by(scene.model)
+        };
+        let plan = Plan { cascades: sea.cascades.iter().map(cascade).collect() };
         let on = match (effect, normals) {
             ("chop", _) => scene.effects.choppiness > 0.0,
             ("slopes", _) => scene.effects.slopes,
@@ -95,7 +98,7 @@ pub fn effect_costs(
         costs.push(EffectCost { effect, on, transforms, samples, step: StepTime::default() });
         plans.push(plan);
     }
-    backend.load(&timeline.at(tick))?;
+    backend.load(&sea)?;
     for (cost, step) in costs.iter_mut().zip(step_times(backend, &plans, tick, clock)?) {
         cost.step = step;
     }
@@ -113,15 +116,16 @@ pub fn demand_cost(
     tick: i64,
     clock: &Clock,
 ) -> Result<StepTime, BackendError> {
-    let work = FoamWork { restart: false, decay: 0.9, growth: 0.5, advance: true };
-    let scene = timeline.scene();
-    let cascade = |number: u8| {
+    let work = FoamWork { restart: false, decay: 0.9, growth: 0.5, advance: true, breaks: true };
+    let (scene, sea) = (timeline.scene(), timeline.at(tick));
+    let cascade = |modes: &CascadeModes| {
+        let (number, work) = (modes.cascade.index, FoamWork { breaks: modes.breaks(), ..work });
         let units = demand.keys().filter(move |unit| unit.cascade == number);
         let foamy = scene.effects.foam.is_some() && units.clone().any(|unit| unit.group == Group::Foam);
         CascadePlan::new(levels_of(units), foamy.then_some(work), &scene.effects).by(scene.model)
     };
-    let plan = Plan { cascades: timeline.layout().cascades.iter().map(|c| cascade(c.index)).collect() };
-    backend.load(&timeline.at(tick))?;
+    let plan = Plan { cascades: sea.cascades.iter().map(cascade).collect() };
+    backend.load(&sea)?;
     Ok(step_times(backend, &[plan], tick, clock)?[0])
 }
 

@@ -58,6 +58,7 @@ impl FoamTrack {
             decay: self.foam.decay_over(since) as f32,
             growth: self.foam.growth_over(since) as f32,
             advance: Foam::step_before(tick, self.repeat) == tick,
+            breaks: true,
         }
     }
 

@@ -66,6 +66,8 @@ pub struct Stepper {
     loaded: Option<i64>,
     /// The newest tick that was run, foam's own included.
     newest: Option<i64>,
+    /// Numbers of the cascades whose water can break, in the sea that is loaded.
+    breaking: BTreeSet<u8>,
     /// Numbers of the cascades of which somebody wants foam.
     foamy: BTreeSet<u8>,
     /// By number, of the cascades that the timeline has and somebody wants foam of.
@@ -84,9 +86,9 @@ impl Stepper {
     pub fn new(backend: Box<dyn Backend>, timeline: Arc<Timeline>, epoch: u64) -> Self {
         let encoders = rayon::ThreadPoolBuilder::new().thread_name(|i| format!("swellcast-encode-{i}")).build();
         let encoders = encoders.expect("the system gives threads at start");
-        let (foamy, foam) = (BTreeSet::new(), BTreeMap::new());
+        let (breaking, foamy, foam) = (BTreeSet::new(), BTreeSet::new(), BTreeMap::new());
         let (loaded, newest, points, work) = (None, None, Vec::new(), Work::default());
-        Self { backend, encoders, timeline, epoch, loaded, newest, foamy, foam, points, work }
+        Self { backend, encoders, timeline, epoch, loaded, newest, breaking, foamy, foam, points, work }
     }
 
     /// Name of the backend.
@@ -192,8 +194,8 @@ impl Stepper {
         self.backend.step(tick, &plan)
     }
 
-    /// Frames of every unit that is wanted at `tick`, and the water at points that are due. Foam is left out where it is not warm, and all of a cascade at
-    /// ticks at which it is no part of the sea.
+    /// Frames of every unit that is wanted at `tick`, and the water at points that are due. Foam is left out where it is
+    /// not warm, and all of a cascade at ticks at which it is no part of the sea.
     ///
     /// # Errors
     /// [`BackendError`].
@@ -213,6 +215,7 @@ impl Stepper {
             true => FieldSet::NONE,
             false => ProbeFields::of(effects).needed(effects.choppiness),
         };
+        self.load(tick)?;
         let mut plan = Plan::default();
         for (place, life) in timeline.lives().enumerate() {
             let here = units.iter().filter(|(at, ..)| *at == place).map(|(.., unit)| unit);
@@ -228,7 +231,6 @@ impl Stepper {
             let levels = levels_of(here).chain([(0, of_points)]);
             plan.cascades.push(self.work(&life, tick, levels, foam));
         }
-        self.load(tick)?;
         let mut done = std::mem::take(&mut self.work);
         done += Work::of(&plan, timeline.layout());
         let surface = self.backend.step(tick, &plan)?;
@@ -268,13 +270,17 @@ impl Stepper {
         foam: Option<FoamWork>,
     ) -> CascadePlan {
         let scene = self.timeline.scene();
+        let breaks = self.breaking.contains(&life.cascade.index);
+        let foam = foam.map(|foam| FoamWork { breaks, ..foam });
         let plan = CascadePlan::new(levels, foam, &scene.effects).by(scene.model);
         if life.contains(tick) { plan } else { plan.still() }
     }
 
     fn load(&mut self, tick: i64) -> Result<(), BackendError> {
         if !self.loaded.is_some_and(|loaded| self.timeline.same_sea(loaded, tick)) {
-            self.backend.load(&self.timeline.at(tick))?;
+            let sea = self.timeline.at(tick);
+            self.breaking = sea.cascades.iter().filter(|c| c.breaks()).map(|c| c.cascade.index).collect();
+            self.backend.load(&sea)?;
         }
         self.loaded = Some(tick);
         self.newest = self.newest.max(Some(tick));

@@ -27,6 +27,8 @@ pub struct FoamWork {
     pub growth: f32,
     /// The tick is on the foam grid: what is made here is what is held from now on.
     pub advance: bool,
+    /// Water of this cascade can break. Where none can, foam only fades, and no Jacobian is needed.
+    pub breaks: bool,
 }
 
 /// Work on one level of detail of one cascade.
@@ -110,7 +112,10 @@ impl CascadePlan {
     /// The least work that gives these fields at these levels, and foam.
     pub fn new(levels: impl IntoIterator<Item = (u8, FieldSet)>, foam: Option<FoamWork>, effects: &Effects) -> Self {
         let mut wanted: Vec<(u8, FieldSet)> = Vec::new();
-        let of_foam = foam.map(|_| (0, FieldSet::of(&[Field::Jacobian, Field::Foam])));
+        let of_foam = foam.map(|foam| {
+            let made = FieldSet::of(&[Field::Foam]);
+            (0, if foam.breaks { made.with(Field::Jacobian) } else { made })
+        });
         for (level, fields) in levels.into_iter().chain(of_foam) {
             let fields = if foam.is_none() { fields.difference(FieldSet::of(&[Field::Foam])) } else { fields };
             match wanted.iter_mut().find(|(known, _)| *known == level) {

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::packing::Packing;
 use super::{CascadePlan, Demand, Field, FieldSet, LevelPlan, Plan, fields_of};
 use crate::scene::{Foam, Model, Scene};
-use crate::sea::{Cascade, Layout};
+use crate::sea::{Cascade, CascadeModes, Layout, Sea};
 use crate::wire::{Group, TICKS_PER_SECOND, UnitName};
 
 /// One pass over one grid.
@@ -49,9 +49,9 @@ pub fn levels_of<'a>(units: impl Iterator<Item = &'a UnitName>) -> impl Iterator
 }
 
 impl Listing {
-    /// Of a demand on a layout.
-    pub fn new(demand: &Demand, layout: &Layout, scene: &Scene) -> Self {
-        let all = plan_at(demand, layout, scene, 0);
+    /// Of a demand for a sea with this layout; foam of those cascades whose water breaks takes transforms.
+    pub fn new(demand: &Demand, layout: &Layout, scene: &Scene, sea: &Sea) -> Self {
+        let all = plan_at(demand, scene, sea, 0);
         let passes = all
             .cascades
             .iter()
@@ -67,7 +67,7 @@ impl Listing {
             .chain((0..ROUND).step_by(Foam::STEP_TICKS as usize))
             .collect();
         for tick in ticks {
-            let (transforms, samples) = plan_at(demand, layout, scene, tick).work(layout);
+            let (transforms, samples) = plan_at(demand, scene, sea, tick).work(layout);
             (in_round, samples_in_round) = (in_round + transforms, samples_in_round + samples);
         }
         let a_second = TICKS_PER_SECOND as f64 / ROUND as f64;
@@ -82,18 +82,19 @@ impl Listing {
 }
 
 /// Work at a tick once foam is warm.
-fn plan_at(demand: &Demand, layout: &Layout, scene: &Scene, tick: i64) -> Plan {
-    let cascade = |number: u8| {
+fn plan_at(demand: &Demand, scene: &Scene, sea: &Sea, tick: i64) -> Plan {
+    let cascade = |modes: &CascadeModes| {
+        let number = modes.cascade.index;
         let here = demand.iter().filter(move |(unit, _)| unit.cascade == number);
         let due = here.clone().filter(|(_, interval)| tick % **interval == 0).map(|(unit, _)| unit);
         let advance = tick % Foam::STEP_TICKS == 0;
         let shown = due.clone().any(|unit| unit.group == Group::Foam);
         let held = here.clone().any(|(unit, _)| unit.group == Group::Foam);
-        let work = super::FoamWork { restart: false, decay: 1.0, growth: 1.0, advance };
+        let work = super::FoamWork { restart: false, decay: 1.0, growth: 1.0, advance, breaks: modes.breaks() };
         let foam = scene.effects.foam.is_some() && (shown || held && advance);
         CascadePlan::new(levels_of(due), foam.then_some(work), &scene.effects).by(scene.model)
     };
-    Plan { cascades: layout.cascades.iter().map(|c| cascade(c.index)).collect() }
+    Plan { cascades: sea.cascades.iter().map(cascade).collect() }
 }
 
 fn lines(plan: &CascadePlan, cascade: &Cascade, model: Model) -> Vec<PassLine> {

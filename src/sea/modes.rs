@@ -60,6 +60,12 @@ pub struct Sea {
 }
 
 impl CascadeModes {
+    /// Whether any of its water can break: no Jacobian of a sea is as low as the threshold of one that never foams.
+    pub fn breaks(&self) -> bool {
+        const LOWEST: f64 = -1e4;
+        self.foam_threshold > LOWEST
+    }
+
     /// Rows in a column: 2 half + 1.
     pub fn rows(&self) -> usize {
         2 * self.cascade.half + 1

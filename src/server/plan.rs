@@ -24,14 +24,16 @@ pub async fn plan(ocean: &Arc<Ocean>) -> Result<(u64, Value), Problem> {
     let (timeline, demand) = (current.timeline, ocean.demand());
     let effects = costs(ocean).await?;
     let counters = ocean.counters();
-    let listing = Listing::new(&demand, timeline.layout(), timeline.scene());
+    let (tick, of) = (ocean.tick(), demand.clone());
+    let list = move || Listing::new(&of, timeline.layout(), timeline.scene(), &timeline.at(tick));
+    let Ok(listing) = spawn_blocking(list).await else { return Err(Problem::internal("the plan can't be made")) };
     let Ok(mut body) = serde_json::to_value(listing) else { return Err(Problem::internal("the plan can't be told")) };
     let unit = |(unit, interval): (&UnitName, &i64)| {
         let mut told = json!(unit);
         told["rate_hz"] = json!(TICKS_PER_SECOND / interval);
         told
     };
-    body["tick"] = json!(ocean.tick());
+    body["tick"] = json!(tick);
     body["units"] = demand.iter().map(unit).collect();
     body["frame"] = json!({
         "last_ms": counters.step_ms,

@@ -90,9 +90,9 @@ fn method(value: Option<Value>, share: Option<f64>, scene: &Scene) -> Result<Pro
     match (method, share) {
         (Some("grid"), None) => Ok(ProbeMethod::Grid),
         (Some("grid"), Some(share)) => Err(Problem::value("share", share.into(), "absent where method is grid")),
-        // What turbulence adds there is no sum of modes.
-        (Some("direct"), _) if scene.model != Model::Fft => {
-            Err(Problem::value("method", "direct".into(), "grid where the scene's model is trochoid"))
+        // Trochoids are evaluated at the points, all of them.
+        (Some("direct"), Some(share)) if scene.model != Model::Fft => {
+            Err(Problem::value("share", share.into(), "absent where the scene's model is trochoid"))
         }
         (Some("direct"), share) => {
             let whole = share.unwrap_or(1.0);

@@ -192,7 +192,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
         cpu.load(&sea).unwrap();
         let mut bits = Vec::new();
         for step in 0..3 {
-            let foam = FoamWork { restart: step == 0, decay: 0.9, growth: 0.5, advance: true };
+            let foam = FoamWork { restart: step == 0, decay: 0.9, growth: 0.5, advance: true, breaks: true };
             let cascade = full(fields, Some(foam), sea.choppiness);
             let surface = cpu.step(step * 720, &Plan { cascades: vec![cascade; sea.cascades.len()] }).unwrap();
             for cascade in &surface.cascades {

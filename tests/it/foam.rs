@@ -30,6 +30,7 @@ fn coverage(scene: &Scene, seconds: i64) -> f64 {
             decay: foam.decay_over(Foam::STEP_TICKS) as f32,
             growth: foam.growth_over(Foam::STEP_TICKS) as f32,
             advance: true,
+            breaks: true,
         };
         // Cascades that never foam need not be asked.
         let plan = |threshold: f64| {

@@ -8,7 +8,7 @@ use swellcast::sea::{CascadeModes, Mode, Sea, Timeline};
 
 use crate::support::{DAY, full, max_error, wind_sea};
 
-const FOAM: FoamWork = FoamWork { restart: false, decay: 0.9, growth: 0.5, advance: true };
+const FOAM: FoamWork = FoamWork { restart: false, decay: 0.9, growth: 0.5, advance: true, breaks: true };
 
 fn transforms(fields: &[Field], effects: &Effects) -> usize {
     CascadePlan::new([(0, FieldSet::of(fields))], None, effects).transforms()
@@ -155,4 +155,26 @@ fn a_level_is_the_sea_of_those_waves_that_its_grid_holds() {
         let error = (value - fine[i / 64 * 2 * 128 + i % 64 * 2]).abs();
         assert!(f64::from(error) < 1e-6 * hs, "half the grid differs by {error}");
     }
+}
+
+#[test]
+fn foam_of_water_that_never_breaks_fades_without_a_transform() {
+    let calm = FoamWork { breaks: false, ..FOAM };
+    assert_eq!(full(FieldSet::NONE, Some(calm), 1.0).transforms(), 0);
+    let mut sea = Timeline::new(&wind_sea(15.0, 64, &[200.0])).at(DAY);
+    let mut foamed = |work: FoamWork| {
+        let mut cpu = Cpu::new(Some(1));
+        sea.cascades[0].foam_threshold = 0.8;
+        cpu.load(&sea).unwrap();
+        let step = |work| Plan { cascades: vec![full(FieldSet::NONE, Some(work), 1.0)] };
+        cpu.step(DAY, &step(FoamWork { restart: true, ..FOAM })).unwrap();
+        sea.cascades[0].foam_threshold = -1e6;
+        assert!(!sea.cascades[0].breaks());
+        cpu.load(&sea).unwrap();
+        let surface = cpu.step(DAY + 720, &step(work)).unwrap();
+        bits(&surface.cascades[0], 0, Field::Foam)
+    };
+    let (looked_for, left_out) = (foamed(FOAM), foamed(calm));
+    assert!(looked_for.iter().any(|bits| *bits != 0), "the test must see foam");
+    assert!(looked_for == left_out);
 }

@@ -37,6 +37,7 @@ fn everything(timeline: &Timeline) -> Plan {
         decay: foam.decay_over(Foam::STEP_TICKS) as f32,
         growth: foam.growth_over(Foam::STEP_TICKS) as f32,
         advance: true,
+        breaks: true,
     });
     let fields = FieldSet::of(&Field::ALL).difference(FieldSet::of(&[Field::Foam]));
     let cascade = CascadePlan::new([(0, fields)], work, effects);
