@@ -38,37 +38,50 @@ pub fn displaced_slopes(
 
 /// The same out of displaced points (Dx, height, Dz) `spacing` metres apart at rest, by central differences or Sobel's
 /// kernel: the mean of those over three neighbouring lines, weighted 1, 2, 1.
-pub fn slopes_of_points(
-    kernel: Normals,
-    n: usize,
-    spacing: f32,
-    [dx, height, dz]: [&[f32]; 3],
-    [sx, sz]: [&mut [f32]; 2],
-) {
+pub fn slopes_of_points(kernel: Normals, n: usize, spacing: f32, points: [&[f32]; 3], [sx, sz]: [&mut [f32]; 2]) {
     let side = if kernel == Normals::Sobel { 0.25 } else { 0.0 };
-    let (middle, scale) = (1.0 - 2.0 * side, 0.5 / spacing);
-    let rows = sx.chunks_exact_mut(n).zip(sz.chunks_exact_mut(n)).enumerate();
-    for (z, (sx, sz)) in rows {
-        let lines = [(z + n - 1) % n, z, (z + 1) % n].map(|z| z * n..z * n + n);
-        // Derivatives along x and z of one plane at column x, of whose neighbours are l and r.
-        let differences = |plane: &[f32], l: usize, x: usize, r: usize| {
-            let [above, here, below] = [&plane[lines[0].clone()], &plane[lines[1].clone()], &plane[lines[2].clone()]];
-            let across = |line: &[f32]| line[r] - line[l];
-            let down = |x: usize| below[x] - above[x];
-            (
-                scale * (middle * across(here) + side * (across(above) + across(below))),
-                scale * (middle * down(x) + side * (down(l) + down(r))),
-            )
-        };
-        let mut one = |l: usize, x: usize, r: usize| {
-            let ((hx, hz), (xx, xz), (zx, zz)) =
-                (differences(height, l, x, r), differences(dx, l, x, r), differences(dz, l, x, r));
-            (sx[x], sz[x]) = seen(hx, hz, [xx, xz, zx, zz]);
-        };
-        one(n - 1, 0, 1);
-        (1..n - 1).for_each(|x| one(x - 1, x, x + 1));
-        one(n - 2, n - 1, 0);
+    let weights = [1.0 - 2.0 * side, side].map(|weight| weight * 0.5 / spacing);
+    // Derivatives along x and z of a line of each plane.
+    let mut lines = [(); 3].map(|()| [vec![0.0; n], vec![0.0; n]]);
+    for (z, (sx, sz)) in sx.chunks_exact_mut(n).zip(sz.chunks_exact_mut(n)).enumerate() {
+        let rows = [(z + n - 1) % n, z, (z + 1) % n];
+        for (plane, [across, down]) in points.iter().zip(&mut lines) {
+            differences(weights, rows.map(|z| &plane[z * n..z * n + n]), across, down);
+        }
+        let [[xx, xz], [hx, hz], [zx, zz]] = &lines;
+        for (x, (sx, sz)) in sx.iter_mut().zip(sz).enumerate() {
+            (*sx, *sz) = seen(hx[x], hz[x], [xx[x], xz[x], zx[x], zz[x]]);
+        }
     }
+}
+
+/// Differences along a line and down through it, of its own samples and, by the weight of the side, of its neighbours.
+fn differences(weights: [f32; 2], lines: [&[f32]; 3], across: &mut [f32], down: &mut [f32]) {
+    let n = across.len();
+    // The ends are neighbours of each other.
+    for x in [0, n - 1] {
+        let near = lines.map(|line| [(x + n - 1) % n, x, (x + 1) % n].map(|x| line[x]));
+        (across[x], down[x]) = difference(weights, near);
+    }
+    // Slices of one length, so that many samples are worked on at once.
+    let inner = n - 2;
+    let [above, here, below] = lines.map(|line| [0, 1, 2].map(|from| &line[from..from + inner]));
+    let (across, down) = (&mut across[1..=inner], &mut down[1..=inner]);
+    for x in 0..inner {
+        let above = [above[0][x], above[1][x], above[2][x]];
+        let here = [here[0][x], here[1][x], here[2][x]];
+        let below = [below[0][x], below[1][x], below[2][x]];
+        (across[x], down[x]) = difference(weights, [above, here, below]);
+    }
+}
+
+/// The two differences at a sample of which these lines are the neighbourhood.
+#[inline(always)]
+fn difference([middle, side]: [f32; 2], [above, here, below]: [[f32; 3]; 3]) -> (f32, f32) {
+    (
+        middle * (here[2] - here[0]) + side * ((above[2] - above[0]) + (below[2] - below[0])),
+        middle * (below[1] - above[1]) + side * ((below[0] - above[0]) + (below[2] - above[2])),
+    )
 }
 
 /// Slopes seen from the world where the mapping's derivatives are d Dx/dx, d Dx/dz, d Dz/dx, d Dz/dz.
