@@ -13,6 +13,7 @@ mod hostile;
 mod laws;
 mod layering;
 mod models;
+mod normals;
 mod properties;
 mod random;
 mod relayout;
