@@ -43,6 +43,10 @@ foam:
 stability:
     SWELLCAST_BLESS=1 cargo test --test it stability::page
 
+# Write docs/normals.md anew: errors and costs of the ways of normals, on this machine.
+normals:
+    cargo bench --bench normals -- --write
+
 # Fuzz everything that comes from outside, for so many seconds a target.
 fuzz seconds="60":
     .ci/fuzz {{seconds}}

@@ -38,63 +38,50 @@ pub fn displaced_slopes(
 
 /// The same out of displaced points (Dx, height, Dz) `spacing` metres apart at rest, by central differences or Sobel's
 /// kernel: the mean of those over three neighbouring lines, weighted 1, 2, 1.
-pub fn slopes_of_points(
-    kernel: Normals,
-    n: usize,
-    spacing: f32,
-    [dx, height, dz]: [&[f32]; 3],
-    [sx, sz]: [&mut [f32]; 2],
-) {
-    let smooth = kernel == Normals::Sobel;
-    let mut of = [(); 3].map(|()| Differences::new(n));
+pub fn slopes_of_points(kernel: Normals, n: usize, spacing: f32, points: [&[f32]; 3], [sx, sz]: [&mut [f32]; 2]) {
+    let side = if kernel == Normals::Sobel { 0.25 } else { 0.0 };
+    let weights = [1.0 - 2.0 * side, side].map(|weight| weight * 0.5 / spacing);
+    // Derivatives along x and z of a line of each plane.
+    let mut lines = [(); 3].map(|()| [vec![0.0; n], vec![0.0; n]]);
     for (z, (sx, sz)) in sx.chunks_exact_mut(n).zip(sz.chunks_exact_mut(n)).enumerate() {
-        for (of, plane) in of.iter_mut().zip([height, dx, dz]) {
-            of.take(plane, z, smooth, 0.5 / spacing);
+        let rows = [(z + n - 1) % n, z, (z + 1) % n];
+        for (plane, [across, down]) in points.iter().zip(&mut lines) {
+            differences(weights, rows.map(|z| &plane[z * n..z * n + n]), across, down);
         }
-        let [of_height, of_dx, of_dz] = &of;
-        let (hx, hz, xx, xz) = (&of_height.x[..n], &of_height.z[..n], &of_dx.x[..n], &of_dx.z[..n]);
-        let (zx, zz, sz) = (&of_dz.x[..n], &of_dz.z[..n], &mut sz[..n]);
-        for x in 0..n {
-            (sx[x], sz[x]) = seen(hx[x], hz[x], [xx[x], xz[x], zx[x], zz[x]]);
+        let [[xx, xz], [hx, hz], [zx, zz]] = &lines;
+        for (x, (sx, sz)) in sx.iter_mut().zip(sz).enumerate() {
+            (*sx, *sz) = seen(hx[x], hz[x], [xx[x], xz[x], zx[x], zz[x]]);
         }
     }
 }
 
-/// Derivatives of one row of a plane, and rows that they are made in, with a neighbour on each side.
-struct Differences {
-    x: Vec<f32>,
-    z: Vec<f32>,
-    here: Vec<f32>,
-    across: Vec<f32>,
+/// Differences along a line and down through it, of its own samples and, by the weight of the side, of its neighbours.
+fn differences(weights: [f32; 2], lines: [&[f32]; 3], across: &mut [f32], down: &mut [f32]) {
+    let n = across.len();
+    // The ends are neighbours of each other.
+    for x in [0, n - 1] {
+        let near = lines.map(|line| [(x + n - 1) % n, x, (x + 1) % n].map(|x| line[x]));
+        (across[x], down[x]) = difference(weights, near);
+    }
+    // Slices of one length, so that many samples are worked on at once.
+    let inner = n - 2;
+    let [above, here, below] = lines.map(|line| [0, 1, 2].map(|from| &line[from..from + inner]));
+    let (across, down) = (&mut across[1..=inner], &mut down[1..=inner]);
+    for x in 0..inner {
+        let above = [above[0][x], above[1][x], above[2][x]];
+        let here = [here[0][x], here[1][x], here[2][x]];
+        let below = [below[0][x], below[1][x], below[2][x]];
+        (across[x], down[x]) = difference(weights, [above, here, below]);
+    }
 }
 
-impl Differences {
-    fn new(n: usize) -> Self {
-        let row = |n: usize| vec![0.0; n];
-        Self { x: row(n), z: row(n), here: row(n + 2), across: row(n + 2) }
-    }
-
-    fn take(&mut self, plane: &[f32], z: usize, smooth: bool, scale: f32) {
-        let n = self.x.len();
-        let row = |z: usize| &plane[z % n * n..][..n];
-        let (above, row, below) = (row(z + n - 1), row(z), row(z + 1));
-        let (here, across) = (&mut self.here[1..=n], &mut self.across[1..=n]);
-        for x in 0..n {
-            here[x] = if smooth { 0.5 * row[x] + 0.25 * (above[x] + below[x]) } else { row[x] };
-            across[x] = below[x] - above[x];
-        }
-        for padded in [&mut self.here, &mut self.across] {
-            (padded[0], padded[n + 1]) = (padded[n], padded[1]);
-        }
-        let (left, right) = (&self.here[..n], &self.here[2..][..n]);
-        for ((x, left), right) in self.x.iter_mut().zip(left).zip(right) {
-            *x = scale * (right - left);
-        }
-        let (left, middle, right) = (&self.across[..n], &self.across[1..][..n], &self.across[2..][..n]);
-        for (x, z) in self.z[..n].iter_mut().enumerate() {
-            *z = scale * if smooth { 0.5 * middle[x] + 0.25 * (left[x] + right[x]) } else { middle[x] };
-        }
-    }
+/// The two differences at a sample of which these lines are the neighbourhood.
+#[inline(always)]
+fn difference([middle, side]: [f32; 2], [above, here, below]: [[f32; 3]; 3]) -> (f32, f32) {
+    (
+        middle * (here[2] - here[0]) + side * ((above[2] - above[0]) + (below[2] - below[0])),
+        middle * (below[1] - above[1]) + side * ((below[0] - above[0]) + (below[2] - above[2])),
+    )
 }
 
 /// Slopes seen from the world where the mapping's derivatives are d Dx/dx, d Dx/dz, d Dz/dx, d Dz/dz.

@@ -14,6 +14,7 @@ mod hostile;
 mod laws;
 mod layering;
 mod models;
+mod normals;
 mod plan;
 mod points;
 mod probe;
