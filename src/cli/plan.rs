@@ -48,7 +48,7 @@ fn rate(text: &str) -> Result<u32, String> {
 pub fn run(arguments: &PlanArguments) -> Result<()> {
     let timeline = Timeline::new(&scene::load(&arguments.scene, None)?);
     let demand = demand(arguments, &timeline)?;
-    let listing = Listing::new(&demand, timeline.layout(), timeline.scene(), &timeline.at(0));
+    let listing = Listing::new(&demand, None, timeline.layout(), timeline.scene(), &timeline.at(0));
     let (mut backend, clock) = (Cpu::new(arguments.threads.map(usize::from)), Clock::start(Clock::unix_now_ns()));
     let frame = demand_cost(&mut backend, &timeline, &demand, 0, &clock)?;
     let effects = effect_costs(&mut backend, &timeline, 0, &clock)?;

@@ -6,6 +6,7 @@ use bytes::Bytes;
 
 use super::answer::{ProbeAnswer, ProbeFields, from_grids};
 use crate::backend::Surface;
+use crate::plan::FieldSet;
 use crate::scene::{Effects, Normals};
 use crate::sea::Timeline;
 use crate::tile::Stamp;
@@ -42,6 +43,11 @@ impl ProbeFields {
     pub fn of(effects: &Effects) -> Self {
         Self { normal: effects.normals != Normals::None, velocity: effects.velocity, jacobian: effects.jacobian }
     }
+}
+
+/// Fields of a surface that points are read from.
+pub fn fields_of_points(effects: &Effects) -> FieldSet {
+    ProbeFields::of(effects).needed(effects.choppiness)
 }
 
 /// The message of a wish; `None` where a value is not finite.

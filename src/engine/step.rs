@@ -7,9 +7,8 @@ use std::sync::Arc;
 use bytes::Bytes;
 use rayon::prelude::*;
 
-use super::answer::ProbeFields;
 use super::foam_track::FoamTrack;
-use super::point_feed::{PointsMessage, PointsWish, message};
+use super::point_feed::{PointsMessage, PointsWish, fields_of_points, message};
 use crate::backend::{Backend, BackendError, CascadeSurface, Surface};
 use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, fields_of, levels_of};
 use crate::scene::Foam;
@@ -213,7 +212,7 @@ impl Stepper {
         let effects = &timeline.scene().effects;
         let of_points = match due.is_empty() {
             true => FieldSet::NONE,
-            false => ProbeFields::of(effects).needed(effects.choppiness),
+            false => fields_of_points(effects),
         };
         self.load(tick)?;
         let mut plan = Plan::default();

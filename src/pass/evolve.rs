@@ -70,46 +70,45 @@ impl EvolveTable {
 
     /// h(k, t) of every mode at a turn of the repeat period, metres.
     pub fn heights(&self, turn: u32, heights: &mut Amplitudes) {
-        let modes = self.p.len();
-        heights.resize(modes);
+        heights.resize(self.p.len());
         let parts = heights.re.par_chunks_mut(PART).zip(heights.im.par_chunks_mut(PART)).enumerate();
         parts.for_each(|(part, (re, im))| {
-            for (i, (re, im)) in re.iter_mut().zip(im).enumerate() {
-                (*re, *im) = self.height(part * PART + i, self.cos_sin(part * PART + i, turn));
+            let modes = self.part(part * PART, re.len());
+            let im = &mut im[..re.len()];
+            for i in 0..re.len() {
+                (re[i], im[i]) = modes.height(i, modes.cos_sin(i, turn));
             }
         });
     }
 
     /// The same, and dh/dt of every mode, m/s.
     pub fn heights_and_rates(&self, turn: u32, heights: &mut Amplitudes, rates: &mut Amplitudes) {
-        let modes = self.p.len();
-        heights.resize(modes);
-        rates.resize(modes);
+        heights.resize(self.p.len());
+        rates.resize(self.p.len());
         let heights = heights.re.par_chunks_mut(PART).zip(heights.im.par_chunks_mut(PART));
         let rates = rates.re.par_chunks_mut(PART).zip(rates.im.par_chunks_mut(PART));
         heights.zip(rates).enumerate().for_each(|(part, ((re, im), (rate_re, rate_im)))| {
-            let places = re.iter_mut().zip(im).zip(rate_re.iter_mut().zip(rate_im)).enumerate();
-            for (i, ((re, im), (rate_re, rate_im))) in places {
-                let i = part * PART + i;
-                let (c, s) = self.cos_sin(i, turn);
-                (*re, *im) = self.height(i, (c, s));
-                let omega = self.omegas[i];
-                *rate_re = omega * (self.q[i] * c - self.p[i] * s);
-                *rate_im = omega * (self.t[i] * c - self.r[i] * s);
+            let modes = self.part(part * PART, re.len());
+            let (im, rate_re, rate_im) = (&mut im[..re.len()], &mut rate_re[..re.len()], &mut rate_im[..re.len()]);
+            for i in 0..re.len() {
+                let turned = modes.cos_sin(i, turn);
+                (re[i], im[i]) = modes.height(i, turned);
+                (rate_re[i], rate_im[i]) = modes.rate(i, turned);
             }
         });
     }
 
-    #[inline(always)]
-    fn cos_sin(&self, i: usize, turn: u32) -> (f32, f32) {
-        const Q24: f32 = 1.0 / 16_777_216.0;
-        let (cos, sin) = cos_sin_q24(self.cycles[i].wrapping_mul(turn).wrapping_add(self.offsets[i]));
-        (cos as f32 * Q24, sin as f32 * Q24)
-    }
-
-    #[inline(always)]
-    fn height(&self, i: usize, (c, s): (f32, f32)) -> (f32, f32) {
-        (self.p[i] * c + self.q[i] * s, self.r[i] * c + self.t[i] * s)
+    fn part(&self, first: usize, modes: usize) -> Part<'_> {
+        let here = first..first + modes;
+        Part {
+            p: &self.p[here.clone()],
+            q: &self.q[here.clone()],
+            r: &self.r[here.clone()],
+            t: &self.t[here.clone()],
+            cycles: &self.cycles[here.clone()],
+            offsets: &self.offsets[here.clone()],
+            omegas: &self.omegas[here],
+        }
     }
 
     /// The modes of column n, m = -half..=half, that a grid of `half` holds: amplitudes and what makes other fields
@@ -124,6 +123,37 @@ impl EvolveTable {
             im: &amplitudes.im[here.clone()],
             chop: &self.chop[here],
         }
+    }
+}
+
+/// Some modes of a table.
+struct Part<'a> {
+    p: &'a [f32],
+    q: &'a [f32],
+    r: &'a [f32],
+    t: &'a [f32],
+    cycles: &'a [u32],
+    offsets: &'a [u32],
+    omegas: &'a [f32],
+}
+
+impl Part<'_> {
+    #[inline(always)]
+    fn cos_sin(&self, i: usize, turn: u32) -> (f32, f32) {
+        const Q24: f32 = 1.0 / 16_777_216.0;
+        let (cos, sin) = cos_sin_q24(self.cycles[i].wrapping_mul(turn).wrapping_add(self.offsets[i]));
+        (cos as f32 * Q24, sin as f32 * Q24)
+    }
+
+    #[inline(always)]
+    fn height(&self, i: usize, (c, s): (f32, f32)) -> (f32, f32) {
+        (self.p[i] * c + self.q[i] * s, self.r[i] * c + self.t[i] * s)
+    }
+
+    #[inline(always)]
+    fn rate(&self, i: usize, (c, s): (f32, f32)) -> (f32, f32) {
+        let omega = self.omegas[i];
+        (omega * (self.q[i] * c - self.p[i] * s), omega * (self.t[i] * c - self.r[i] * s))
     }
 }
 

@@ -49,9 +49,10 @@ pub fn levels_of<'a>(units: impl Iterator<Item = &'a UnitName>) -> impl Iterator
 }
 
 impl Listing {
-    /// Of a demand for a sea with this layout; foam of those cascades whose water breaks takes transforms.
-    pub fn new(demand: &Demand, layout: &Layout, scene: &Scene, sea: &Sea) -> Self {
-        let all = plan_at(demand, scene, sea, 0);
+    /// Of a demand for a sea with this layout, and of points that are followed: their fields, and the smallest of their
+    /// intervals. Foam of those cascades whose water breaks takes transforms.
+    pub fn new(demand: &Demand, points: Option<(FieldSet, i64)>, layout: &Layout, scene: &Scene, sea: &Sea) -> Self {
+        let all = plan_at(demand, points, scene, sea, 0);
         let passes = all
             .cascades
             .iter()
@@ -62,12 +63,13 @@ impl Listing {
         // Frames of all rates and steps of foam come together again after so many ticks.
         const ROUND: i64 = 1440;
         let (mut in_round, mut samples_in_round) = (0, 0);
-        let ticks: std::collections::BTreeSet<i64> = (demand.values())
-            .flat_map(|interval| (0..ROUND).step_by(*interval as usize))
+        let intervals = demand.values().copied().chain(points.map(|(_, interval)| interval));
+        let ticks: std::collections::BTreeSet<i64> = intervals
+            .flat_map(|interval| (0..ROUND).step_by(interval as usize))
             .chain((0..ROUND).step_by(Foam::STEP_TICKS as usize))
             .collect();
         for tick in ticks {
-            let (transforms, samples) = plan_at(demand, scene, sea, tick).work(layout);
+            let (transforms, samples) = plan_at(demand, points, scene, sea, tick).work(layout);
             (in_round, samples_in_round) = (in_round + transforms, samples_in_round + samples);
         }
         let a_second = TICKS_PER_SECOND as f64 / ROUND as f64;
@@ -82,7 +84,8 @@ impl Listing {
 }
 
 /// Work at a tick once foam is warm.
-fn plan_at(demand: &Demand, scene: &Scene, sea: &Sea, tick: i64) -> Plan {
+fn plan_at(demand: &Demand, points: Option<(FieldSet, i64)>, scene: &Scene, sea: &Sea, tick: i64) -> Plan {
+    let followed = points.filter(|(_, interval)| tick % interval == 0).map(|(fields, _)| (0, fields));
     let cascade = |modes: &CascadeModes| {
         let number = modes.cascade.index;
         let here = demand.iter().filter(move |(unit, _)| unit.cascade == number);
@@ -92,7 +95,7 @@ fn plan_at(demand: &Demand, scene: &Scene, sea: &Sea, tick: i64) -> Plan {
         let held = here.clone().any(|(unit, _)| unit.group == Group::Foam);
         let work = super::FoamWork { restart: false, decay: 1.0, growth: 1.0, advance, breaks: modes.breaks() };
         let foam = scene.effects.foam.is_some() && (shown || held && advance);
-        CascadePlan::new(levels_of(due), foam.then_some(work), &scene.effects).by(scene.model)
+        CascadePlan::new(levels_of(due).chain(followed), foam.then_some(work), &scene.effects).by(scene.model)
     };
     Plan { cascades: sea.cascades.iter().map(cascade).collect() }
 }

@@ -9,7 +9,7 @@ use tokio::task::spawn_blocking;
 use super::ocean::Ocean;
 use super::problem::Problem;
 use crate::backend::Cpu;
-use crate::engine::{EffectCost, effect_costs};
+use crate::engine::{EffectCost, effect_costs, fields_of_points};
 use crate::plan::Listing;
 use crate::wire::{TICKS_PER_SECOND, UnitName};
 
@@ -25,7 +25,8 @@ pub async fn plan(ocean: &Arc<Ocean>) -> Result<(u64, Value), Problem> {
     let effects = costs(ocean).await?;
     let counters = ocean.counters();
     let (tick, of) = (ocean.tick(), demand.clone());
-    let list = move || Listing::new(&of, timeline.layout(), timeline.scene(), &timeline.at(tick));
+    let points = ocean.points.interval().map(|interval| (fields_of_points(&timeline.scene().effects), interval));
+    let list = move || Listing::new(&of, points, timeline.layout(), timeline.scene(), &timeline.at(tick));
     let Ok(listing) = spawn_blocking(list).await else { return Err(Problem::internal("the plan can't be made")) };
     let Ok(mut body) = serde_json::to_value(listing) else { return Err(Problem::internal("the plan can't be told")) };
     let unit = |(unit, interval): (&UnitName, &i64)| {
@@ -34,6 +35,7 @@ pub async fn plan(ocean: &Arc<Ocean>) -> Result<(u64, Value), Problem> {
         told
     };
     body["tick"] = json!(tick);
+    body["points"] = json!(ocean.points.live());
     body["units"] = demand.iter().map(unit).collect();
     body["frame"] = json!({
         "last_ms": counters.step_ms,

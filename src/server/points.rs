@@ -91,6 +91,11 @@ impl PointsBoard {
         self.held().get_mut(&client)?.newest.take()
     }
 
+    /// The smallest interval at which anybody follows points, ticks.
+    pub fn interval(&self) -> Option<i64> {
+        self.held().values().map(|held| held.wish.interval).min()
+    }
+
     /// Points of all clients.
     pub fn live(&self) -> usize {
         self.held().values().map(|held| held.wish.points.len()).sum()
