@@ -168,14 +168,13 @@ impl CascadeEngine {
     }
 
     fn evolve(&mut self, turn: u32, plan: &CascadePlan) {
-        let mut transforms = plan.levels.iter().flat_map(|level| &level.transforms).copied().peekable();
-        if transforms.peek().is_none() {
-            return;
-        }
-        if transforms.any(is_velocity) {
-            self.table.heights_and_rates(turn, &mut self.heights, &mut self.rates);
+        let finest = plan.levels.iter().find(|level| !level.transforms.is_empty());
+        let Some(finest) = finest else { return };
+        let (_, half) = self.cascade.level(finest.level);
+        if plan.levels.iter().flat_map(|level| &level.transforms).copied().any(is_velocity) {
+            self.table.heights_and_rates(turn, half, &mut self.heights, &mut self.rates);
         } else {
-            self.table.heights(turn, &mut self.heights);
+            self.table.heights(turn, half, &mut self.heights);
         }
     }
 

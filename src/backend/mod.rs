@@ -52,7 +52,8 @@ impl CascadeSurface {
         Some(planes[field as usize].as_slice()).filter(|plane| !plane.is_empty())
     }
 
-    /// Makes room for what a plan computes, lets go of all else, and sets to nothing what no pass writes.
+    /// Makes room for what a plan computes, empties all else (its memory waits for the next plan that needs it), and sets
+    /// to nothing what no pass writes.
     fn keep(&mut self, plan: &CascadePlan) {
         for (level, planes) in self.levels.iter_mut().enumerate() {
             let planned = plan.levels.iter().find(|planned| usize::from(planned.level) == level);

@@ -6,10 +6,10 @@ use serde_json::json;
 
 use super::scene;
 use crate::backend::Cpu;
-use crate::engine::{Clock, EffectCost, RATES_HZ, StepTime, demand_cost, effect_costs, interval_of_rate};
+use crate::engine::{Clock, EffectCost, StepTime, demand_cost, effect_costs, interval_of_rate};
 use crate::plan::{Demand, Listing};
 use crate::sea::Timeline;
-use crate::wire::{ErrorClass, Group, UnitName};
+use crate::wire::{ErrorClass, Group, RATES_HZ, UnitName};
 
 #[derive(Debug, Args)]
 pub struct PlanArguments {
@@ -84,8 +84,15 @@ fn demand(arguments: &PlanArguments, timeline: &Timeline) -> Result<Demand> {
             bail!("level is {}, must be below {} for cascade {}", arguments.level, cascade.levels(), cascade.index);
         }
         for group in groups {
-            let (cascade, level, class) = (cascade.index, arguments.level, ErrorClass::Millimetre);
-            demand.insert(UnitName { cascade, level, class, group: *group }, interval_of_rate(arguments.rate));
+            // As fine and as often as the scene has it.
+            let detail = timeline.scene().detail_of(cascade.index, cascade.levels(), *group);
+            let most = detail.and_then(|detail| detail.rate_hz).unwrap_or(arguments.rate).min(arguments.rate);
+            if most == 0 {
+                continue;
+            }
+            let level = arguments.level.max(detail.map_or(0, |detail| detail.finest_level));
+            let (cascade, class) = (cascade.index, ErrorClass::Millimetre);
+            demand.insert(UnitName { cascade, level, class, group: *group }, interval_of_rate(most));
         }
     }
     Ok(demand)

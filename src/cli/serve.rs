@@ -62,7 +62,7 @@ async fn serve(arguments: ServeArguments) -> Result<()> {
     let (name, changes, tick) =
         (begun.scene.name.clone(), begun.changes.len(), Clock::start(begun.epoch.unix_ns).now_tick());
     let settings = Settings {
-        engine: EngineSettings { threads: arguments.threads.map(usize::from) },
+        engine: EngineSettings { threads: arguments.threads.map(usize::from), ..EngineSettings::default() },
         allowed_origins: arguments.allow_origin,
         ..Settings::default()
     };

@@ -16,7 +16,7 @@ use super::playback::{Footing, Playback, TileKey};
 use super::relief::relief;
 use super::stats::{Report, Stats};
 use super::surface::Patch;
-use crate::wire::{ErrorClass, ErrorCode, Group, Hello, UnitName};
+use crate::wire::{ErrorClass, ErrorCode, Group, Hello, HelloCascade, UnitName};
 
 /// Side of the square that a picture shows, metres.
 const PICTURE_M: f64 = 400.0;
@@ -188,11 +188,16 @@ impl<N: Fn() -> i64> Watching<N> {
     }
 }
 
-/// Everything that a picture needs of every cascade at its full grid, as many as the server gives to one client: first
+/// Everything that a picture needs of every cascade as fine as there is, as many as the server gives to one client: first
 /// what moves.
 fn units(hello: &Hello, class: ErrorClass) -> Vec<UnitName> {
-    let cascades = &hello.layout.cascades;
-    let of = |group| cascades.iter().map(move |c| UnitName { cascade: c.index, level: 0, class, group });
+    let unit = |cascade: &HelloCascade, group: Group| {
+        let detail = cascade.detail.iter().find(|detail| detail.group == group);
+        let level = detail.map_or(0, |detail| detail.finest_level);
+        let had = detail.is_none_or(|detail| detail.rate_hz != Some(0));
+        had.then_some(UnitName { cascade: cascade.index, level, class, group })
+    };
+    let of = |group| hello.layout.cascades.iter().filter_map(move |cascade| unit(cascade, group));
     let wanted = [Group::Displacement, Group::Slopes, Group::Derivatives, Group::Foam].into_iter();
     let had = wanted.filter(|group| hello.groups.iter().any(|info| info.name == *group));
     had.flat_map(of).take(hello.limits.units.min(48) as usize).collect()

@@ -18,5 +18,5 @@ pub use cost::{EffectCost, StepTime, demand_cost, effect_costs};
 pub use point_feed::{PointsMessage, PointsWish, fields_of_points};
 pub use probe::{ProbeError, ProbeMethod, Probed, Prober};
 pub use run::{Counters, Engine, EngineSettings};
-pub use schedule::{RATES_HZ, interval_of_rate, lead_ticks};
+pub use schedule::{interval_of_rate, lead_ticks};
 pub use step::{Batch, Stepper, Work};

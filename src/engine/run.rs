@@ -7,11 +7,12 @@ use std::time::Duration;
 
 use super::clock::Clock;
 use super::point_feed::PointsWish;
-use super::schedule::{RATES_HZ, interval_of_rate, lead_ticks, next_tick};
+use super::schedule::{lead_ticks, next_tick};
 use super::step::{Batch, Stepper, Work};
 use crate::backend::{Backend, BackendError, Cpu};
 use crate::plan::{Demand, Lingering};
 use crate::sea::Timeline;
+use crate::wire::SLOWEST_INTERVAL;
 
 /// Foam steps run after each frame even when the next frame is already due, so that foam warms on a busy machine.
 const FOAM_STEPS_AT_LEAST: u32 = 2;
@@ -19,10 +20,18 @@ const FOAM_STEPS_AT_LEAST: u32 = 2;
 const AFTER_ERROR: Duration = Duration::from_millis(100);
 
 /// How the engine runs.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct EngineSettings {
     /// Threads of the CPU backend; `None`: one for each core.
     pub threads: Option<usize>,
+    /// Most units that are made, those included that nobody wants any more.
+    pub most_units: usize,
+}
+
+impl Default for EngineSettings {
+    fn default() -> Self {
+        Self { threads: None, most_units: 64 }
+    }
 }
 
 /// What the engine has done since it started.
@@ -115,7 +124,7 @@ impl Engine {
                 stepper,
                 clock,
                 publish,
-                lingering: Lingering::default(),
+                lingering: Lingering::new(settings.most_units),
                 demand: Demand::new(),
                 of_points: None,
                 last: None,
@@ -216,7 +225,7 @@ impl Loop<'_> {
                 self.rest(Duration::from_secs(1));
                 continue;
             };
-            let lead = lead_ticks(interval_of_rate(RATES_HZ[0]));
+            let lead = lead_ticks(SLOWEST_INTERVAL);
             let due = self.clock.now_tick() + lead;
             let (tick, skipped) = next_tick(self.last, due, interval);
             let done = if tick >= hold {

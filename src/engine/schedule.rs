@@ -1,12 +1,6 @@
 //! Which tick is next, and when it is due.
 
-use crate::wire::{SLOWEST_INTERVAL, TICKS_PER_SECOND};
-
-/// Frame rates a client can ask for; each divides the next, so their ticks nest.
-pub const RATES_HZ: [u32; 3] = [15, 30, 60];
-
-// A cross-fade of layouts begins and ends where every rate has a frame.
-const _: () = assert!(interval_of_rate(RATES_HZ[0]) == SLOWEST_INTERVAL);
+use crate::wire::TICKS_PER_SECOND;
 
 /// Ticks between frames of a rate.
 pub const fn interval_of_rate(rate_hz: u32) -> i64 {

@@ -5,18 +5,32 @@ use crate::scene::Normals;
 /// A surface that folds has no slope: where the mapping squeezes to less than this, it counts as this.
 const LEAST_JACOBIAN: f32 = 0.1;
 
-/// Jacobian of the horizontal mapping: (1 + Dxx)(1 + Dzz) - Dxz^2.
-pub fn jacobian([dxx, dzz, dxz]: [&[f32]; 3], jacobian: &mut [f32]) {
-    for (((j, dxx), dzz), dxz) in jacobian.iter_mut().zip(dxx).zip(dzz).zip(dxz) {
-        *j = (1.0 + dxx) * (1.0 + dzz) - dxz * dxz;
-    }
+/// Jacobian of the horizontal mapping (1 + Dxx, Dxz; Dxz, 1 + Dzz) where its strain is [Dxx, Dzz, Dxz].
+#[inline(always)]
+pub fn determinant([dxx, dzz, dxz]: [f32; 3]) -> f32 {
+    (1.0 + dxx) * (1.0 + dzz) - dxz * dxz
 }
 
-/// Smaller eigenvalue of the horizontal mapping (1 + Dxx, Dxz; Dxz, 1 + Dzz).
-pub fn eigenvalue([dxx, dzz, dxz]: [&[f32]; 3], eigenvalue: &mut [f32]) {
-    for (((e, dxx), dzz), dxz) in eigenvalue.iter_mut().zip(dxx).zip(dzz).zip(dxz) {
-        let (mean, apart) = (0.5 * (dxx + dzz), 0.5 * (dxx - dzz));
-        *e = 1.0 + mean - (apart * apart + dxz * dxz).sqrt();
+/// The smaller eigenvalue of the same.
+#[inline(always)]
+pub fn smaller_eigenvalue([dxx, dzz, dxz]: [f32; 3]) -> f32 {
+    let (mean, apart) = (0.5 * (dxx + dzz), 0.5 * (dxx - dzz));
+    1.0 + mean - (apart * apart + dxz * dxz).sqrt()
+}
+
+/// Jacobians of a grid.
+pub fn jacobian(strain: [&[f32]; 3], jacobian: &mut [f32]) {
+    of_strain(strain, jacobian, determinant);
+}
+
+/// Smaller eigenvalues of a grid.
+pub fn eigenvalue(strain: [&[f32]; 3], eigenvalue: &mut [f32]) {
+    of_strain(strain, eigenvalue, smaller_eigenvalue);
+}
+
+fn of_strain([dxx, dzz, dxz]: [&[f32]; 3], made: &mut [f32], of: impl Fn([f32; 3]) -> f32) {
+    for (((made, dxx), dzz), dxz) in made.iter_mut().zip(dxx).zip(dzz).zip(dxz) {
+        *made = of([*dxx, *dzz, *dxz]);
     }
 }
 

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use rustfft::num_complex::Complex32;
 
-use crate::sea::{CascadeModes, cos_sin_q24};
+use crate::sea::{CascadeModes, cos_sin};
 
 /// Modes that one thread takes.
 const PART: usize = 4096;
@@ -68,9 +68,9 @@ impl EvolveTable {
         }
     }
 
-    /// h(k, t) of every mode at a turn of the repeat period, metres.
-    pub fn heights(&self, turn: u32, heights: &mut Amplitudes) {
-        heights.resize(self.p.len());
+    /// h(k, t) of every mode with n up to `half`, at a turn of the repeat period, metres.
+    pub fn heights(&self, turn: u32, half: usize, heights: &mut Amplitudes) {
+        heights.resize(self.modes(half));
         let parts = heights.re.par_chunks_mut(PART).zip(heights.im.par_chunks_mut(PART)).enumerate();
         parts.for_each(|(part, (re, im))| {
             let modes = self.part(part * PART, re.len());
@@ -82,9 +82,9 @@ impl EvolveTable {
     }
 
     /// The same, and dh/dt of every mode, m/s.
-    pub fn heights_and_rates(&self, turn: u32, heights: &mut Amplitudes, rates: &mut Amplitudes) {
-        heights.resize(self.p.len());
-        rates.resize(self.p.len());
+    pub fn heights_and_rates(&self, turn: u32, half: usize, heights: &mut Amplitudes, rates: &mut Amplitudes) {
+        heights.resize(self.modes(half));
+        rates.resize(self.modes(half));
         let heights = heights.re.par_chunks_mut(PART).zip(heights.im.par_chunks_mut(PART));
         let rates = rates.re.par_chunks_mut(PART).zip(rates.im.par_chunks_mut(PART));
         heights.zip(rates).enumerate().for_each(|(part, ((re, im), (rate_re, rate_im)))| {
@@ -96,6 +96,10 @@ impl EvolveTable {
                 (rate_re[i], rate_im[i]) = modes.rate(i, turned);
             }
         });
+    }
+
+    fn modes(&self, half: usize) -> usize {
+        (half + 1) * (2 * self.half + 1)
     }
 
     fn part(&self, first: usize, modes: usize) -> Part<'_> {
@@ -140,9 +144,7 @@ struct Part<'a> {
 impl Part<'_> {
     #[inline(always)]
     fn cos_sin(&self, i: usize, turn: u32) -> (f32, f32) {
-        const Q24: f32 = 1.0 / 16_777_216.0;
-        let (cos, sin) = cos_sin_q24(self.cycles[i].wrapping_mul(turn).wrapping_add(self.offsets[i]));
-        (cos as f32 * Q24, sin as f32 * Q24)
+        cos_sin(self.cycles[i].wrapping_mul(turn).wrapping_add(self.offsets[i]))
     }
 
     #[inline(always)]

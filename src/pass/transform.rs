@@ -76,9 +76,12 @@ impl Transform {
         work.parts.resize_with(count.max(work.parts.len()), Part::default);
         let share = (self.half + 1).div_ceil(count);
         let scratch = self.whole.get_inplace_scratch_len().max(self.real.get_scratch_len());
+        for part in &mut work.parts[..count] {
+            part.scratch.resize(scratch.max(part.scratch.len()), Complex32::ZERO);
+            part.rows.resize((BLOCK * n).max(part.rows.len()), Complex32::ZERO);
+        }
         let pieces = work.columns.par_chunks_mut(share * lanes * stride).zip(&mut work.parts).enumerate();
         pieces.for_each(|(piece, (columns, part))| {
-            part.scratch.resize(scratch.max(part.scratch.len()), Complex32::ZERO);
             for (i, places) in columns.chunks_exact_mut(lanes * stride).enumerate() {
                 let x = piece * share + i;
                 let column = table.column(amplitudes, x, self.half);
@@ -124,7 +127,6 @@ impl Transform {
 
     fn half_complex_rows(&self, columns: &[Complex32], first: usize, part: &mut Part, rows: &mut [f32]) {
         let (n, half, width) = (self.n, self.half, self.n / 2 + 1);
-        part.rows.resize((BLOCK * n).max(part.rows.len()), Complex32::ZERO);
         let spectra = &mut part.rows[..BLOCK * width];
         for (x, column) in columns.chunks_exact(n + PAD).enumerate() {
             for (spectrum, value) in spectra.chunks_exact_mut(width).zip(&column[first..first + BLOCK]) {
@@ -141,7 +143,6 @@ impl Transform {
 
     fn packed_rows(&self, columns: &[Complex32], first: usize, part: &mut Part, a: &mut [f32], b: &mut [f32]) {
         let (n, half) = (self.n, self.half);
-        part.rows.resize((BLOCK * n).max(part.rows.len()), Complex32::ZERO);
         let rows = &mut part.rows[..BLOCK * n];
         for (x, pair) in columns.chunks_exact(2 * (n + PAD)).enumerate() {
             let (forward, backward) = (&pair[first..first + BLOCK], &pair[n + PAD + first..][..BLOCK]);

@@ -105,13 +105,14 @@ impl FieldSet {
     /// No field.
     pub const NONE: Self = Self(0);
     /// Those that come out of a transform.
-    pub const SPECTRAL: Self = Self(0x7ff);
+    pub const SPECTRAL: Self = Self::of(&Field::SPECTRAL);
     /// Derivatives of the horizontal displacement.
-    pub const DERIVATIVES: Self = Self(0b1110_0000);
-    /// Everything that choppiness makes.
-    pub const SIDEWAYS: Self = Self(0b101_1110_0110);
+    pub const DERIVATIVES: Self = Self::of(&[Field::Dxx, Field::Dzz, Field::Dxz]);
     /// Velocity of the water.
-    pub const VELOCITY: Self = Self(0b111_0000_0000);
+    pub const VELOCITY: Self = Self::of(&[Field::VelocityX, Field::VelocityY, Field::VelocityZ]);
+    /// Everything that choppiness makes.
+    pub const SIDEWAYS: Self =
+        Self::DERIVATIVES.union(Self::of(&[Field::Dx, Field::Dz, Field::VelocityX, Field::VelocityZ]));
 
     /// The set of these fields.
     pub const fn of(fields: &[Field]) -> Self {
@@ -134,7 +135,7 @@ impl FieldSet {
     }
 
     /// Fields of either.
-    pub fn union(self, other: Self) -> Self {
+    pub const fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 

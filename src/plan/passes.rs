@@ -111,9 +111,10 @@ fn lines(plan: &CascadePlan, cascade: &Cascade, model: Model) -> Vec<PassLine> {
         columns: None,
     };
     let mut lines = Vec::new();
-    if plan.transforms() > 0 {
-        let modes = (cascade.half + 1) * (2 * cascade.half + 1);
-        lines.push(line(0, "evolve", FieldSet::NONE, 0, modes));
+    if let Some(finest) = plan.levels.iter().find(|level| !level.transforms.is_empty()) {
+        // Whole columns of modes are turned, as many as the finest level needs.
+        let modes = (cascade.level(finest.level).1 + 1) * (2 * cascade.half + 1);
+        lines.push(line(finest.level, "evolve", FieldSet::NONE, 0, modes));
     }
     for LevelPlan { level, fields, transforms, .. } in &plan.levels {
         let (n, half) = cascade.level(*level);

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Foam;
 use super::bound::SceneError;
-use crate::wire::Group;
+use crate::wire::{Group, RATES_HZ};
 
 /// Most entries of `[[detail]]`.
 const MAX_DETAILS: usize = 64;
@@ -128,8 +128,12 @@ impl Detail {
             if detail.finest_level > 7 {
                 return Err(SceneError::bound(format!("detail[{i}].finest_level"), detail.finest_level, "0 to 7"));
             }
-            if let Some(rate) = detail.rate_hz.filter(|rate| ![0, 15, 30, 60].contains(rate)) {
-                return Err(SceneError::bound(format!("detail[{i}].rate_hz"), rate, "0, 15, 30 or 60"));
+            if let Some(rate) = detail.rate_hz.filter(|rate| *rate != 0 && !RATES_HZ.contains(rate)) {
+                return Err(SceneError::bound(
+                    format!("detail[{i}].rate_hz"),
+                    rate,
+                    format!("0 or one of {RATES_HZ:?}"),
+                ));
             }
             if details[..i].iter().any(|d| (d.cascade, d.group) == (detail.cascade, detail.group)) {
                 let value = format!("{} of cascade {} again", detail.group.name(), detail.cascade);

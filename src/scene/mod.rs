@@ -77,9 +77,11 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The limit on a group of the cascade with this number, where there is one.
-    pub fn detail_of(&self, number: u8, group: Group) -> Option<&Detail> {
+    /// The limit on a group of the cascade with this number, which has so many levels, where there is one.
+    pub fn detail_of(&self, number: u8, levels: u8, group: Group) -> Option<Detail> {
         let place = number % CascadeRequest::MAX_PATCHES as u8;
-        self.detail.iter().find(|detail| (detail.cascade, detail.group) == (place, group))
+        let detail = self.detail.iter().find(|detail| (detail.cascade, detail.group) == (place, group))?;
+        // A cascade of few levels can be had at its coarsest.
+        Some(Detail { finest_level: detail.finest_level.min(levels.saturating_sub(1)), ..*detail })
     }
 }

@@ -15,7 +15,7 @@ pub enum Model {
 /// `[trochoid]`
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Trochoid {
-    /// Modes are drawn from a grid of so many a side, around the longest wave of each cascade.
+    /// They are chosen out of so many modes a side, the longest of each cascade.
     pub grid: usize,
     /// How many of them are kept, the strongest.
     pub components: usize,

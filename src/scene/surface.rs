@@ -37,7 +37,7 @@ impl CascadeRequest {
     pub const MAX_PATCHES: usize = 8;
     /// Most modes of a layout: about half a gigabyte of tables.
     pub const MAX_MODES: f64 = 5e6;
-    /// Most samples of all cascades of a layout, about a gigabyte of fields: 16 patches of 1024 x 1024, 4 of 2048 x 2048.
+    /// Most samples of all cascades of a layout, about a gigabyte of fields, a third more with all levels: 16 patches of 1024 x 1024, 4 of 2048 x 2048.
     pub const MAX_SAMPLES: usize = 1 << 24;
 
     /// Modes of one patch, about.

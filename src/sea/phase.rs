@@ -39,3 +39,11 @@ pub fn cos_sin_q24(turn: u32) -> (i32, i32) {
         _ => (sin, -cos),
     }
 }
+
+/// The same as f32: exact, since both have 24 bits.
+#[inline(always)]
+pub fn cos_sin(turn: u32) -> (f32, f32) {
+    const Q24: f32 = 1.0 / 16_777_216.0;
+    let (cos, sin) = cos_sin_q24(turn);
+    (cos as f32 * Q24, sin as f32 * Q24)
+}

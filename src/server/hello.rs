@@ -1,12 +1,12 @@
 //! Composes what the server says of itself: `hello` for a client that joins, `status` for all.
 
 use crate::control::Epoch;
-use crate::engine::{Counters, RATES_HZ, interval_of_rate, lead_ticks};
+use crate::engine::{Counters, lead_ticks};
 use crate::scene::{Detail, Foam, Scene};
-use crate::sea::{Life, Timeline};
+use crate::sea::{Cascade, Life, Timeline};
 use crate::wire::{
-    Group, Hello, HelloCascade, HelloDetail, HelloLayout, Limits, MAX_MESSAGE_BYTES, MAX_POINTS, Status,
-    TICKS_PER_SECOND, WindStatus,
+    Group, Hello, HelloCascade, HelloDetail, HelloLayout, Limits, MAX_MESSAGE_BYTES, MAX_POINTS, RATES_HZ,
+    SLOWEST_INTERVAL, Status, TICKS_PER_SECOND, WindStatus,
 };
 
 use super::settings::MAX_UNITS;
@@ -16,7 +16,7 @@ pub const SERVER: &str = concat!("swellcast/", env!("CARGO_PKG_VERSION"));
 
 /// How far ahead of its tick a frame leaves: one lead for all rates, so that their frames go together.
 pub fn lead() -> i64 {
-    lead_ticks(interval_of_rate(RATES_HZ[0]))
+    lead_ticks(SLOWEST_INTERVAL)
 }
 
 /// `hello`, for a client that joins at `tick`.
@@ -58,14 +58,14 @@ pub fn layout(timeline: &Timeline, tick: i64) -> HelloLayout {
         wavelength_max_m: cascade.longest_m(),
         from_tick: from_tick.max(0),
         until_tick,
-        detail: Group::ALL.into_iter().filter_map(|group| detail(timeline.scene(), cascade.index, group)).collect(),
+        detail: Group::ALL.into_iter().filter_map(|group| detail(timeline.scene(), &cascade, group)).collect(),
     };
     let cascades = timeline.lives().filter(|life| !life.is_over(tick)).map(cascade).collect();
     HelloLayout { generation: timeline.layout().generation, cascades }
 }
 
-fn detail(scene: &Scene, cascade: u8, group: Group) -> Option<HelloDetail> {
-    let Detail { finest_level, rate_hz, .. } = *scene.detail_of(cascade, group)?;
+fn detail(scene: &Scene, cascade: &Cascade, group: Group) -> Option<HelloDetail> {
+    let Detail { finest_level, rate_hz, .. } = scene.detail_of(cascade.index, cascade.levels(), group)?;
     Some(HelloDetail { group, finest_level, rate_hz })
 }
 

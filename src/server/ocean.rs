@@ -20,7 +20,7 @@ use super::seats::Seats;
 use super::settings::Settings;
 use super::subscriptions::Subscriptions;
 use crate::control::{Begun, Epoch, Store};
-use crate::engine::{Batch, Clock, Counters, Engine, PointsWish};
+use crate::engine::{Batch, Clock, Counters, Engine, EngineSettings, PointsWish};
 use crate::plan::Demand;
 use crate::sea::{Layout, Timeline};
 use crate::wire::{Hello, Status, TICKS_PER_SECOND, UnitName};
@@ -49,7 +49,7 @@ pub struct Ocean {
     wishes: Mutex<Wishes>,
     clients: AtomicUsize,
     /// The statistics that were told last: tick, entry of the log, and text.
-    statistics: tokio::sync::Mutex<Option<(i64, u64, Value)>>,
+    statistics: Arc<tokio::sync::Mutex<Option<(i64, u64, Value)>>>,
     /// The tick that was noted last.
     noted: Arc<tokio::sync::Mutex<i64>>,
     next_client: AtomicU64,
@@ -108,7 +108,8 @@ impl Ocean {
             to_ring.push(batch);
             to_all.wake();
         });
-        let engine = Engine::start(Arc::clone(&timeline), clock, epoch.id, settings.engine.clone(), publish);
+        let of_engine = EngineSettings { most_units: settings.live_units, ..settings.engine.clone() };
+        let engine = Engine::start(Arc::clone(&timeline), clock, epoch.id, of_engine, publish);
         let status = hello::status(&timeline, &engine.counters(), tick, 0);
         let sequence = changes.last().map_or(0, |change| change.sequence);
         Arc::new(Self {
@@ -132,7 +133,7 @@ impl Ocean {
             status: RwLock::new(status),
             engine,
             clients: AtomicUsize::new(0),
-            statistics: tokio::sync::Mutex::new(None),
+            statistics: Arc::default(),
             noted: Arc::new(tokio::sync::Mutex::new(i64::MIN)),
             next_client: AtomicU64::new(1),
         })
@@ -182,7 +183,8 @@ impl Ocean {
     /// What the sea is like, with the newest entry of the log. Sums over all modes: made once a second at most,
     /// however many ask.
     pub(super) async fn statistics(&self) -> Result<(u64, Value), Problem> {
-        let mut told = self.statistics.lock().await;
+        // The lock goes with the work: whoever hangs up leaves it to be finished.
+        let mut told = Arc::clone(&self.statistics).lock_owned().await;
         let (Current { sequence, timeline }, tick) = (self.current(), self.tick());
         if let Some((at, known, body)) = &*told
             && *known == sequence
@@ -190,11 +192,14 @@ impl Ocean {
         {
             return Ok((sequence, body.clone()));
         }
-        let made = spawn_blocking(move || serde_json::to_value(timeline.statistics_at(tick))).await;
-        let Ok(Ok(mut body)) = made else { return Err(Problem::internal("the statistics can't be made")) };
-        body["tick"] = tick.into();
-        *told = Some((tick, sequence, body.clone()));
-        Ok((sequence, body))
+        let make = move || {
+            let mut body = serde_json::to_value(timeline.statistics_at(tick)).ok()?;
+            body["tick"] = tick.into();
+            *told = Some((tick, sequence, body.clone()));
+            Some(body)
+        };
+        let made = spawn_blocking(make).await.ok().flatten();
+        made.map(|body| (sequence, body)).ok_or_else(|| Problem::internal("the statistics can't be made"))
     }
 
     /// Composes the status anew and tells every client.
@@ -295,16 +300,15 @@ impl Ocean {
 }
 
 impl Client {
-    /// Replaces this client's subscription, units with their intervals, and tells the engine. Returns what the client gets, in the order asked.
+    /// Replaces this client's subscription, units with their intervals, and tells the engine. Returns what the client
+    /// gets, in the order asked.
     ///
     /// # Errors
     /// Index of the unit that can't be had.
     pub fn subscribe(&self, units: &[(UnitName, i64)]) -> Result<Vec<(UnitName, i64)>, usize> {
         self.ocean.wish(|subscriptions| subscriptions.replace(self.id, units))
     }
-}
 
-impl Client {
     /// Replaces the points that this client follows, and tells the engine. Returns the first tick that will come.
     ///
     /// # Errors

@@ -8,14 +8,15 @@ use tokio::task::spawn_blocking;
 
 use super::ocean::Ocean;
 use super::problem::Problem;
-use crate::backend::Cpu;
+use crate::backend::{BackendError, Cpu};
 use crate::engine::{EffectCost, effect_costs, fields_of_points};
 use crate::plan::Listing;
+use crate::sea::Cascade;
 use crate::wire::{TICKS_PER_SECOND, UnitName};
 
-/// Costs of the effects, as they were measured for a layout.
+/// Costs of the effects, as they were measured for these cascades.
 #[derive(Debug, Default)]
-pub struct Costs(Mutex<Option<(u32, Vec<EffectCost>)>>);
+pub struct Costs(Arc<Mutex<Option<(Vec<Cascade>, Vec<EffectCost>)>>>);
 
 /// The body of `GET /v1/scenes/{name}/plan`. The first answer of a layout measures for a second or two, on threads and
 /// memory of its own; frames go on meanwhile.
@@ -48,15 +49,21 @@ pub async fn plan(ocean: &Arc<Ocean>) -> Result<(u64, Value), Problem> {
 }
 
 async fn costs(ocean: &Arc<Ocean>) -> Result<Vec<EffectCost>, Problem> {
-    let mut known = ocean.costs.0.lock().await;
+    // The lock goes with the work: whoever hangs up leaves it to be finished, and no second one begins meanwhile.
+    let mut known = Arc::clone(&ocean.costs.0).lock_owned().await;
     let timeline = ocean.current().timeline;
-    let generation = timeline.layout().generation;
-    if let Some((_, costs)) = known.as_ref().filter(|(of, _)| *of == generation) {
+    let cascades = timeline.layout().cascades.clone();
+    if let Some((_, costs)) = known.as_ref().filter(|(of, _)| *of == cascades) {
         return Ok(costs.clone());
     }
     let (threads, clock, tick) = (ocean.settings.engine.threads, ocean.clock, ocean.tick());
-    let measured = spawn_blocking(move || effect_costs(&mut Cpu::new(threads), &timeline, tick, &clock)).await;
-    let Ok(Ok(costs)) = measured else { return Err(Problem::internal("the effects can't be measured")) };
-    *known = Some((generation, costs.clone()));
-    Ok(costs)
+    let measure = move || {
+        let costs = effect_costs(&mut Cpu::new(threads), &timeline, tick, &clock)?;
+        *known = Some((cascades, costs.clone()));
+        Ok::<_, BackendError>(costs)
+    };
+    match spawn_blocking(measure).await {
+        Ok(Ok(costs)) => Ok(costs),
+        _ => Err(Problem::internal("the effects can't be measured")),
+    }
 }

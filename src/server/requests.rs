@@ -1,9 +1,9 @@
 //! What clients ask for, checked against the sea that is served.
 
-use crate::engine::{RATES_HZ, interval_of_rate};
+use crate::engine::interval_of_rate;
 use crate::sea::{Layout, Timeline};
 use crate::wire::{
-    ClientError, ErrorCode, Group, MAX_POINTS, MAX_TICK, Points, ServerMessage, Subscribe, UnitName, UnitRate,
+    ClientError, ErrorCode, Group, MAX_POINTS, MAX_TICK, Points, RATES_HZ, ServerMessage, Subscribe, UnitName, UnitRate,
 };
 
 use super::settings::MAX_UNITS;
@@ -44,7 +44,7 @@ pub fn check(subscribe: &Subscribe, timeline: &Timeline, tick: i64) -> Result<Ve
             check_rate(&field("rate_hz"), *rate)?;
         }
         let mut rate = rate_hz.unwrap_or(subscribe.rate_hz);
-        if let Some(detail) = scene.detail_of(unit.cascade, unit.group) {
+        if let Some(detail) = scene.detail_of(unit.cascade, life.cascade.levels(), unit.group) {
             if unit.level < detail.finest_level {
                 let bound = format!("at least {}: the scene has no finer {}", detail.finest_level, unit.group.name());
                 return Err(invalid(field("level"), unit.level, &bound));
@@ -81,9 +81,7 @@ fn check_rate(field: &str, rate_hz: u32) -> Result<(), ClientError> {
 /// # Errors
 /// [`ClientError`] naming the field that is wrong, its value and its bound.
 pub fn check_points(points: &Points) -> Result<i64, ClientError> {
-    if !RATES_HZ.contains(&points.rate_hz) {
-        return Err(invalid("rate_hz".to_owned(), points.rate_hz, &format!("one of {RATES_HZ:?}")));
-    }
+    check_rate("rate_hz", points.rate_hz)?;
     if points.points.len() > MAX_POINTS {
         return Err(invalid("points".to_owned(), points.points.len(), &format!("at most {MAX_POINTS}")));
     }

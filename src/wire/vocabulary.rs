@@ -6,8 +6,10 @@ use serde::{Deserialize, Serialize};
 pub const SUBPROTOCOL: &str = "swellcast.v1";
 /// Ticks in a second: divisible by every common frame rate from 24 to 144 Hz.
 pub const TICKS_PER_SECOND: i64 = 7200;
+/// Frame rates that can be asked for; each divides the next, so their ticks nest.
+pub const RATES_HZ: [u32; 3] = [15, 30, 60];
 /// Ticks between frames of the lowest rate, 15 Hz: the grid on which layouts are cross-faded.
-pub const SLOWEST_INTERVAL: i64 = TICKS_PER_SECOND / 15;
+pub const SLOWEST_INTERVAL: i64 = TICKS_PER_SECOND / RATES_HZ[0] as i64;
 /// A cascade that ends is exactly zero for this long before its last tick: three frames of the lowest rate, so that
 /// nobody has to guess what comes after the last.
 pub const REST_TICKS: i64 = 3 * SLOWEST_INTERVAL;

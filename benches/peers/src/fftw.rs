@@ -142,10 +142,11 @@ fn compare(n: usize, band_limit: f64, band: &str, threads: usize, rounds: usize)
     let plan = Plan { cascades: vec![cascade] };
 
     let table = EvolveTable::new(&sea.cascades[0], sea.choppiness, sea.repeat);
-    let transform = Transform::new(n, sea.cascades[0].cascade.half);
+    let half = sea.cascades[0].cascade.half;
+    let transform = Transform::new(n, half);
     let packings: Vec<Packing> = Packing::of(FieldSet::of(&FIELDS)).collect();
     let mut heights = Amplitudes::default();
-    table.heights(0, &mut heights);
+    table.heights(0, half, &mut heights);
     let mut works: Vec<Workspace> = packings.iter().map(|_| Workspace::default()).collect();
     let mut planes: Vec<[Vec<f32>; 2]> = packings.iter().map(|_| [vec![0.0; n * n], vec![0.0; n * n]]).collect();
 
@@ -155,7 +156,7 @@ fn compare(n: usize, band_limit: f64, band: &str, threads: usize, rounds: usize)
         let one = [
             timed(&mut || pool.install(|| fftw.par_iter_mut().with_max_len(1).for_each(Fftw::run))),
             timed(&mut || drop(cpu.step(tick, &plan).map(|surface| surface.tick))),
-            timed(&mut || pool.install(|| table.heights(turn_of_tick(tick, sea.repeat), &mut heights))),
+            timed(&mut || pool.install(|| table.heights(turn_of_tick(tick, sea.repeat), half, &mut heights))),
             timed(&mut || {
                 let jobs = packings.par_iter().zip(&mut works).with_max_len(1);
                 pool.install(|| jobs.for_each(|(packing, work)| transform.columns(*packing, &table, &heights, work)));

@@ -5,7 +5,8 @@ import { subscribeMessage } from './messages.js';
 /**
  * @typedef {object} Plan
  * @property {number} rateHz
- * @property {{cascade: number, level: number, class: string, group: string}[]} units
+ * @property {{cascade: number, level: number, class: string, group: string, rate_hz?: number}[]} units those with a rate of
+ *   their own come less often than the others
  */
 
 /** In order of need: a sea without foam is a sea, one without height is not. */
@@ -27,7 +28,8 @@ export function planUnits(hello, wish) {
       const most = (cascade.detail ?? []).find((d) => d.group === group);
       if (most?.rate_hz === 0) continue;
       const level = Math.min(Math.max(wish.level, most?.finest_level ?? 0), cascade.levels - 1);
-      units.push({ cascade: cascade.index, level, class: kind, group });
+      const slow = most?.rate_hz < rateHz ? { rate_hz: most.rate_hz } : {};
+      units.push({ cascade: cascade.index, level, class: kind, group, ...slow });
     }
   }
   const { units: most = units.length, message_bytes: bytes = Infinity } = hello.limits;

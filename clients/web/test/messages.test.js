@@ -81,6 +81,17 @@ test('a plan for two layouts at once fits into one message, what moves first', (
   assert.deepEqual(plan.units.slice(0, 16).map((u) => [u.cascade, u.group]), cascades.map((c) => [c.index, 'displacement']));
 });
 
+test('a plan keeps within what a cascade has', () => {
+  const detail = [{ group: 'displacement', finest_level: 1, rate_hz: 15 }, { group: 'foam', finest_level: 0, rate_hz: 0 }];
+  const [first, second] = HELLO.layout.cascades;
+  const layout = { generation: 1, cascades: [first, { ...second, detail }] };
+  const { units } = planUnits({ ...HELLO, layout }, { rate: 30, level: 0, class: '1mm' });
+  const of = (cascade, group) => units.find((u) => u.cascade === cascade && u.group === group);
+  assert.deepEqual([of(0, 'displacement').level, of(0, 'displacement').rate_hz], [0, undefined]);
+  assert.deepEqual([of(1, 'displacement').level, of(1, 'displacement').rate_hz], [1, 15]);
+  assert.deepEqual([of(1, 'slopes').level, of(1, 'foam')], [0, undefined]);
+});
+
 test('options', () => {
   const o = readOptions('?rate=5&eye=1,2,3&look=bad&still=1&class=5mm&ripples=0');
   assert.deepEqual([o.rate, o.eye, o.look.length, o.still, o.class, o.ripples], [5, [1, 2, 3], 2, true, '5mm', false]);

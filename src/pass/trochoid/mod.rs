@@ -15,8 +15,9 @@ mod wave;
 
 use rayon::prelude::*;
 
+use crate::pass::assemble;
 use crate::plan::{Field, FieldSet};
-use crate::sea::{CascadeModes, Octave, Sea, cos_sin_q24, kept_waves, turbulence, turn_of_tick};
+use crate::sea::{CascadeModes, Octave, Sea, cos_sin as sea_cos_sin, kept_waves, turbulence, turn_of_tick};
 use noise::{Moment, Noise};
 use profile::Shape;
 pub use profile::{Polynomial, Profile, Shape as ProfileShape, look_up, slope};
@@ -207,7 +208,7 @@ impl Grid<'_> {
                     turns.clear();
                     turns.extend(self.xs.iter().map(|xs| xs.map(|x| phase.wrapping_add(wave.n.wrapping_mul(x)))));
                 }
-                wave.add(shape, one_cos_sin(phase), &turns, &self.trig[wave.n as usize], sums);
+                wave.add(shape, sea_cos_sin(phase), &turns, &self.trig[wave.n as usize], sums);
             }
         }
         for octave in &self.noise {
@@ -218,14 +219,8 @@ impl Grid<'_> {
 
 /// Cosines and sines of eight angles in 2^-32 of a turn.
 fn cos_sin(turns: &[u32; 8]) -> (Lanes, Lanes) {
-    let both = turns.map(one_cos_sin);
+    let both = turns.map(sea_cos_sin);
     (both.map(|(cos, _)| cos), both.map(|(_, sin)| sin))
-}
-
-fn one_cos_sin(turn: u32) -> (f32, f32) {
-    const Q24: f32 = 1.0 / 16_777_216.0;
-    let (cos, sin) = cos_sin_q24(turn);
-    (cos as f32 * Q24, sin as f32 * Q24)
 }
 
 /// A field out of the sums.
@@ -239,15 +234,8 @@ fn value<const A: usize>(field: Field, sum: &[Lanes; A]) -> Lanes {
         Field::VelocityX => of(VELOCITY_X),
         Field::VelocityY => of(VELOCITY_Y),
         Field::VelocityZ => of(VELOCITY_Z),
-        Field::Jacobian => std::array::from_fn(|j| {
-            let [xx, zz, xz] = strain(j);
-            (1.0 + xx) * (1.0 + zz) - xz * xz
-        }),
-        Field::Eigenvalue => std::array::from_fn(|j| {
-            let [xx, zz, xz] = strain(j);
-            let (middle, off) = (0.5 * (xx + zz), 0.5 * (xx - zz));
-            1.0 + middle - (off * off + xz * xz).sqrt()
-        }),
+        Field::Jacobian => std::array::from_fn(|j| assemble::determinant(strain(j))),
+        Field::Eigenvalue => std::array::from_fn(|j| assemble::smaller_eigenvalue(strain(j))),
         Field::Dx | Field::Dz | Field::Dxx | Field::Dzz | Field::Dxz | Field::Foam => [0.0; 8],
     }
 }

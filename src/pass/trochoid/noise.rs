@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use super::wave::{
     HEIGHT, Lanes, SLOPE_X, SLOPE_Z, STRAIN_XX, STRAIN_XZ, STRAIN_ZZ, VELOCITY_X, VELOCITY_Y, VELOCITY_Z,
 };
-use crate::sea::{Octave, cos_sin_q24, lattice_direction};
+use crate::sea::{Octave, cos_sin, lattice_direction};
 use crate::wire::TICKS_PER_SECOND;
 
 /// One octave as f32, with the factor of each of its fields.
@@ -212,8 +212,8 @@ fn directions() -> &'static [[f32; 2]; 256] {
     static DIRECTIONS: OnceLock<[[f32; 2]; 256]> = OnceLock::new();
     DIRECTIONS.get_or_init(|| {
         std::array::from_fn(|i| {
-            let (cos, sin) = cos_sin_q24((i as u32) << 24);
-            [cos as f32 / 16_777_216.0, sin as f32 / 16_777_216.0]
+            let (cos, sin) = cos_sin((i as u32) << 24);
+            [cos, sin]
         })
     })
 }

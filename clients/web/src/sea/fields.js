@@ -95,8 +95,9 @@ export class Fields {
       const group = DRAWN.indexOf(u.group), layer = this.layers.get(u.cascade);
       if (layer === undefined || group < 0) continue;
       const cascade = this.cascades[layer], size = cascade.n >> u.level;
-      const unit = before?.take(cascade, group, size, this.interval)
-        ?? new Unit(gl, GROUP_CHANNELS[group], size, this.interval);
+      const interval = TICKS_PER_SECOND / (u.rate_hz ?? plan.rateHz);
+      const unit = before?.take(cascade, group, size, interval)
+        ?? new Unit(gl, GROUP_CHANNELS[group], size, interval);
       unit.level = u.level;
       this.units[layer][group] = unit;
     }
