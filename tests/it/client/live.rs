@@ -18,7 +18,9 @@ fn now() -> impl Fn() -> i64 + Copy {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn watch_reports_the_sea_that_is_served() {
-    let served = Served::start(&scene(SMALL), Settings::default()).await;
+    // Also where not all can be had as fine and often as any.
+    let detail = "[[detail]]\ncascade = 0\ngroup = \"slopes\"\nfinest_level = 1\nrate_hz = 15\n";
+    let served = Served::start(&scene(&format!("{SMALL}{detail}")), Settings::default()).await;
     let folder = tempfile::tempdir().unwrap();
     let png = folder.path().join("sea.png");
     let arguments = WatchArguments {
