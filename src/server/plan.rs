@@ -14,9 +14,12 @@ use crate::plan::Listing;
 use crate::sea::Cascade;
 use crate::wire::{TICKS_PER_SECOND, UnitName};
 
-/// Costs of the effects, as they were measured for these cascades.
+/// Costs of the effects, once they were measured.
 #[derive(Debug, Default)]
-pub struct Costs(Arc<Mutex<Option<(Vec<Cascade>, Vec<EffectCost>)>>>);
+pub struct Costs(Arc<Mutex<Option<Measured>>>);
+
+/// Cascades, and what the effects cost on them.
+type Measured = (Vec<Cascade>, Vec<EffectCost>);
 
 /// The body of `GET /v1/scenes/{name}/plan`. The first answer of a layout measures for a second or two, on threads and
 /// memory of its own; frames go on meanwhile.
