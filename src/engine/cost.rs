@@ -26,7 +26,7 @@ pub struct StepTime {
     pub upper_ms: f64,
 }
 
-/// What one effect takes when it is wanted alone, on the full grid of every cascade.
+/// What one effect takes when it is wanted alone, of every cascade, on the full grid unless it says otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EffectCost {
     /// Name of the effect.
@@ -41,25 +41,30 @@ pub struct EffectCost {
     pub step: StepTime,
 }
 
-/// Every effect, with the fields that it is.
-fn effects() -> Vec<(&'static str, Vec<Field>, Option<Normals>)> {
+/// Every effect, with the fields that it is, its way of normals, and its level of detail.
+fn effects() -> Vec<(&'static str, Vec<Field>, Option<Normals>, u8)> {
     use Field::{
         Dx, Dxx, Dxz, Dz, Dzz, Eigenvalue, Foam, Height, Jacobian, NormalX, NormalZ, SlopeX, SlopeZ, VelocityX,
         VelocityY, VelocityZ,
     };
-    let normals = |name, way| (name, vec![NormalX, NormalZ], Some(way));
+    let plain = |name, fields| (name, fields, None, 0);
+    let normals = |name, way| (name, vec![NormalX, NormalZ], Some(way), 0);
+    let waves: Vec<Field> = Field::ALL.into_iter().filter(|field| *field != Foam).collect();
     vec![
-        ("height", vec![Height], None),
-        ("chop", vec![Dx, Dz], None),
-        ("slopes", vec![SlopeX, SlopeZ], None),
-        ("normals exact", vec![SlopeX, SlopeZ, Dxx, Dzz, Dxz], Some(Normals::Exact)),
-        ("normals diagonal", vec![SlopeX, SlopeZ, Dxx, Dzz], Some(Normals::Diagonal)),
+        plain("height", vec![Height]),
+        plain("chop", vec![Dx, Dz]),
+        plain("slopes", vec![SlopeX, SlopeZ]),
+        ("normals exact", vec![SlopeX, SlopeZ, Dxx, Dzz, Dxz], Some(Normals::Exact), 0),
+        ("normals diagonal", vec![SlopeX, SlopeZ, Dxx, Dzz], Some(Normals::Diagonal), 0),
         normals("normals displaced-slopes", Normals::DisplacedSlopes),
         normals("normals central-difference", Normals::CentralDifference),
         normals("normals sobel", Normals::Sobel),
-        ("jacobian and eigenvalue", vec![Jacobian, Eigenvalue], None),
-        ("velocity", vec![VelocityX, VelocityY, VelocityZ], None),
-        ("foam", vec![Foam], None),
+        plain("jacobian and eigenvalue", vec![Jacobian, Eigenvalue]),
+        plain("velocity", vec![VelocityX, VelocityY, VelocityZ]),
+        plain("foam", vec![Foam]),
+        plain("all waves", waves.clone()),
+        ("all waves, level 1", waves.clone(), None, 1),
+        ("all waves, level 2", waves, None, 2),
     ]
 }
 
@@ -77,12 +82,13 @@ pub fn effect_costs(
     let work = FoamWork { restart: false, decay: 0.9, growth: 0.5, advance: true, breaks: true };
     let mut costs = Vec::new();
     let mut plans = Vec::new();
-    for (effect, fields, normals) in effects() {
+    for (effect, fields, normals, level) in effects() {
         let foam = fields.contains(&Field::Foam);
         let way = Effects { normals: normals.unwrap_or_default(), ..scene.effects };
         let cascade = |modes: &CascadeModes| {
             let work = FoamWork { breaks: modes.breaks(), ..work };
-            CascadePlan::new([(0, FieldSet::of(&fields))], foam.then_some(work), &way).by(scene.model)
+            let level = level.min(modes.cascade.levels() - 1);
+            CascadePlan::new([(level, FieldSet::of(&fields))], foam.then_some(work), &way).by(scene.model)
         };
         let plan = Plan { cascades: sea.cascades.iter().map(cascade).collect() };
         let on = match (effect, normals) {

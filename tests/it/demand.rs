@@ -213,7 +213,7 @@ async fn the_plan_that_is_served_says_what_is_live_and_what_effects_cost() {
     let idle = served.http("GET", path, "", "").await.json();
     assert_eq!((&idle["transforms"], &idle["units"]), (&json!(0), &json!([])));
     let effects = idle["effects"].as_array().unwrap();
-    assert_eq!(effects.len(), 11);
+    assert_eq!(effects.len(), 14);
     assert!(effects.iter().all(|effect| effect["step"]["median_ms"].as_f64().unwrap() > 0.0), "{effects:?}");
     let mut client = served.client().await;
     let wanted = units(&[0, 2], 0, &[Group::Displacement, Group::Foam]);
