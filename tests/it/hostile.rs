@@ -24,7 +24,7 @@ async fn wrong_messages_end_with_the_code_that_says_why() {
     assert_eq!(client.closed().await, 1003);
 
     let mut client = served.client().await;
-    client.stream.send(Message::text("x".repeat(100_000))).await.unwrap();
+    client.stream.send(Message::text("x".repeat(MAX_MESSAGE_BYTES + 1))).await.unwrap();
     assert_eq!(client.closed().await, 1009);
 
     let mut client = served.client().await;
