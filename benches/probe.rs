@@ -1,4 +1,5 @@
-//! Cost of a point query on one thread: from grids, of all fields and of the height alone, and from the modes.
+//! Cost of a point query on one thread: from grids, of all fields and of the height alone, and from the modes; and what
+//! points that clients follow add to a tick of the engine.
 //!
 //! `cargo bench --bench probe`. The surface is made once a tick, whatever the number of points; its cost stands apart.
 #![allow(clippy::disallowed_methods, missing_docs, reason = "a bench measures time")]
@@ -7,9 +8,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use swellcast::backend::Cpu;
-use swellcast::engine::{ProbeAnswer, ProbeFields, ProbeMethod, Prober};
+use swellcast::engine::{PointsWish, ProbeAnswer, ProbeFields, ProbeMethod, Prober, Stepper};
+use swellcast::plan::Demand;
 use swellcast::scene::preset;
 use swellcast::sea::Timeline;
+use swellcast::wire::{ErrorClass, Group, UnitName};
 
 const POINTS: usize = 10_000;
 const COMPARED: usize = 200;
@@ -44,6 +47,13 @@ fn main() {
         drop(probe(&mut prober, 0, few, ProbeFields::ALL, strongest));
     });
 
+    for name in ["beaufort-5", "beaufort-9", "trochoid"] {
+        let timeline = Arc::new(Timeline::new(&preset(name).expect("a preset")));
+        for clients in [1, 5] {
+            follow(name, &timeline, &points, clients);
+        }
+    }
+
     let (grid, _) = probe(&mut prober, 0, &points, ProbeFields::ALL, ProbeMethod::Grid);
     let mean = grid.iter().map(|a| f64::from(a.iterations)).sum::<f64>() / POINTS as f64;
     let most = grid.iter().map(|a| a.iterations).max().unwrap_or(0);
@@ -55,6 +65,43 @@ fn main() {
     let rms = (errors.iter().map(|e| e * e).sum::<f64>() / COMPARED as f64).sqrt();
     let largest = errors.iter().copied().fold(0.0, f64::max);
     println!("height against all modes, {COMPARED} points: rms {rms:.3} mm, at most {largest:.3} mm");
+}
+
+/// Ticks in which every unit of the full grids is wanted, without points and with them, in turn.
+fn follow(name: &str, timeline: &Arc<Timeline>, points: &[[f64; 2]], clients: usize) {
+    let mut stepper = Stepper::new(Box::new(Cpu::new(None)), Arc::clone(timeline), 1);
+    let unit = |cascade, group| UnitName { cascade, level: 0, class: ErrorClass::Millimetre, group };
+    let numbers: Vec<u8> = timeline.lives().map(|life| life.cascade.index).collect();
+    let wanted = [Group::Displacement, Group::Slopes, Group::Derivatives, Group::Velocity, Group::Jacobian];
+    let demand: Demand = numbers.iter().flat_map(|number| wanted.map(|group| (unit(*number, group), 240))).collect();
+    stepper.set_demand(&demand);
+    let share = points.len() / clients;
+    let wish = |(client, points): (usize, &[[f64; 2]])| PointsWish {
+        client: client as u64,
+        id: 1,
+        interval: 240,
+        points: points.into(),
+    };
+    let wishes: Vec<PointsWish> = points.chunks(share).enumerate().map(wish).collect();
+    let mut times = [Vec::new(), Vec::new()];
+    for round in 0..2 * (ROUNDS as i64 + 2) {
+        let with = round % 2;
+        stepper.set_points(if with == 1 { wishes.clone() } else { Vec::new() });
+        if with == 1 {
+            // What a change of the sea alone takes is none of a tick's cost.
+            stepper.frames(240 * round, &demand).expect("the CPU steps");
+        }
+        let start = Instant::now();
+        let batch = stepper.frames(240 * (round + 1), &demand).expect("the CPU steps");
+        times[with as usize].push(start.elapsed().as_secs_f64() * 1e3);
+        assert_eq!(batch.points.len(), if with == 1 { clients } else { 0 });
+    }
+    let [without, with] = times.map(|mut times| {
+        times.sort_by(f64::total_cmp);
+        times[times.len() / 2]
+    });
+    let n = points.len();
+    println!("{name}: a tick {without:.2} ms, and with {n} points of {clients} clients {with:.2} ms");
 }
 
 fn probe(

@@ -7,7 +7,12 @@ use super::sample::Sampler;
 use crate::backend::Surface;
 use crate::pass::trochoid::Trochoids;
 use crate::plan::{Field, FieldSet};
-use crate::sea::{Displacement, RestPosition, rest_position};
+use crate::sea::{Displacement, RestPosition, Timeline, rest_position, rest_position_within};
+
+/// Most steps of a search on a sum of modes, each of which is looked at in every step.
+const DIRECT_STEPS: u32 = 30;
+/// Most times that the modes are summed for a point: before the first step, in each, and twice for what is told.
+pub(super) const DIRECT_LOOKS: usize = DIRECT_STEPS as usize + 3;
 
 /// What is wanted at a point beside the height.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -107,15 +112,21 @@ impl Particle {
     }
 }
 
-/// Answers from the grids of a surface whose patches have these sides, metres.
+/// Answers from the grids of a surface whose patches have these sides, metres, each after so many steps of its search at
+/// most; `None`: as many as help.
 pub(super) fn from_grids(
     surface: &Surface,
     patches_m: impl IntoIterator<Item = f64>,
     points: &[[f64; 2]],
     wanted: ProbeFields,
+    most: Option<u32>,
 ) -> Vec<ProbeAnswer> {
     let sampler = Sampler::new(surface, patches_m);
-    let find = |point: &[f64; 2]| rest_position(*point, |rest| sampler.displacement(rest));
+    let displacement = |rest| sampler.displacement(rest);
+    let find = |point: &[f64; 2]| match most {
+        None => rest_position(*point, displacement),
+        Some(most) => rest_position_within(most, *point, displacement),
+    };
     let found: Vec<RestPosition> = points.iter().map(find).collect();
     let rests: Vec<[f64; 2]> = found.iter().map(|found| found.at).collect();
     let read = sampler.fields(&rests, wanted.shown());
@@ -135,7 +146,7 @@ pub(super) fn from_grids(
 
 /// The answer for one point from a sum of modes.
 pub(super) fn from_modes(sum: &DirectSum, point: [f64; 2], wanted: ProbeFields) -> ProbeAnswer {
-    let found = rest_position(point, |rest| sum.displacement(rest));
+    let found = rest_position_within(DIRECT_STEPS, point, |rest| sum.displacement(rest));
     let motion = sum.motion(found.at);
     let particle = Particle {
         height: motion.height,
@@ -144,6 +155,27 @@ pub(super) fn from_modes(sum: &DirectSum, point: [f64; 2], wanted: ProbeFields) 
         strain: sum.displacement(found.at),
     };
     particle.answer(point, &found, wanted)
+}
+
+/// The trochoids of the sea that was evaluated last, made when somebody asks for them.
+#[derive(Default)]
+pub(super) struct Evaluated(Option<(i64, Vec<Trochoids>)>);
+
+impl Evaluated {
+    /// Those of a tick's sea.
+    pub fn at(&mut self, timeline: &Timeline, tick: i64) -> &[Trochoids] {
+        let held = self.0.take().filter(|(at, _)| timeline.same_sea(*at, tick));
+        let made = held.unwrap_or_else(|| {
+            let sea = timeline.at(tick);
+            (tick, sea.cascades.iter().map(|modes| Trochoids::new(modes, &sea)).collect())
+        });
+        &self.0.insert(made).1
+    }
+
+    /// Forgets them: the timeline is another, or nobody asks any more.
+    pub fn forget(&mut self) {
+        self.0 = None;
+    }
 }
 
 /// Answers from trochoids: heights over the world, which nothing carries sideways.

@@ -4,16 +4,16 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::answer::{ProbeAnswer, ProbeFields, from_grids, from_modes, from_trochoids};
+use super::answer::{DIRECT_LOOKS, Evaluated, ProbeAnswer, ProbeFields, from_grids, from_modes, from_trochoids};
 use super::direct::DirectSum;
 use crate::backend::{Backend, BackendError};
-use crate::pass::trochoid::Trochoids;
 use crate::plan::{CascadePlan, FieldSet, Plan};
 use crate::scene::Model;
 use crate::sea::Timeline;
 
-/// Most points times modes that are summed directly: less than a second of one core, a few steps each.
-const MAX_DIRECT_SUMS: usize = 50_000_000;
+/// Most terms that a direct sum may come to, were every point to take every look at the modes that it may: two seconds of
+/// one core. Points that need a few steps, as nearly all do, take a fifth of that.
+const MAX_DIRECT_SUMS: usize = 800_000_000;
 
 /// How the sea is summed at a point. Trochoids are evaluated where they are asked for, whichever is named.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -71,14 +71,13 @@ pub struct Prober {
     made: Option<(i64, FieldSet)>,
     /// Tick and share of the modes that were summed last.
     summed: Option<(i64, f64, DirectSum)>,
-    /// Tick and trochoids of the sea that was evaluated last.
-    evaluated: Option<(i64, Vec<Trochoids>)>,
+    evaluated: Evaluated,
 }
 
 impl Prober {
     /// A prober that has done nothing yet.
     pub fn new(backend: Box<dyn Backend>, timeline: Arc<Timeline>) -> Self {
-        Self { backend, timeline, loaded: None, made: None, summed: None, evaluated: None }
+        Self { backend, timeline, loaded: None, made: None, summed: None, evaluated: Evaluated::default() }
     }
 
     /// The timeline from the next probe on.
@@ -95,7 +94,8 @@ impl Prober {
     }
 
     fn forget(&mut self) {
-        (self.loaded, self.made, self.summed, self.evaluated) = (None, None, None, None);
+        (self.loaded, self.made, self.summed) = (None, None, None);
+        self.evaluated.forget();
     }
 
     /// The water above these points (x, z) of the world, metres, at a tick. The surface of the last tick is kept: what
@@ -113,7 +113,7 @@ impl Prober {
         let (sequence, choppiness) = (self.timeline.sequence_at(tick), self.timeline.scene().effects.choppiness);
         let (answers, transforms, omitted_rms_m) = match method {
             _ if self.timeline.scene().model != Model::Fft => {
-                (from_trochoids(self.trochoids(tick), tick, points, wanted), 0, 0.0)
+                (from_trochoids(self.evaluated.at(&self.timeline, tick), tick, points, wanted), 0, 0.0)
             }
             ProbeMethod::Grid => {
                 let transforms = match self.make(tick, wanted.needed(choppiness)) {
@@ -124,13 +124,13 @@ impl Prober {
                     }
                 };
                 let patches = self.timeline.layout().cascades.iter().map(|cascade| cascade.patch_m);
-                (from_grids(self.backend.surface(), patches, points, wanted), transforms, 0.0)
+                (from_grids(self.backend.surface(), patches, points, wanted, None), transforms, 0.0)
             }
             ProbeMethod::Direct { share } => {
                 let sum = self.sum(tick, share);
-                let (modes, most) = (sum.modes(), MAX_DIRECT_SUMS / sum.modes().max(1));
-                if points.len() > most.max(1) {
-                    return Err(ProbeError::TooManySums { points: points.len(), modes, most: most.max(1) });
+                let (modes, most) = (sum.modes(), (MAX_DIRECT_SUMS / DIRECT_LOOKS / sum.modes().max(1)).max(1));
+                if points.len() > most {
+                    return Err(ProbeError::TooManySums { points: points.len(), modes, most });
                 }
                 (points.iter().map(|point| from_modes(sum, *point, wanted)).collect(), 0, sum.omitted_rms_m)
             }
@@ -159,16 +159,6 @@ impl Prober {
         self.backend.step(tick, &plan)?;
         self.made = Some((tick, fields));
         Ok(plan.work(self.timeline.layout()).0 as u64)
-    }
-
-    /// The trochoids of a tick's sea.
-    fn trochoids(&mut self, tick: i64) -> &[Trochoids] {
-        let held = self.evaluated.take().filter(|(at, _)| self.timeline.same_sea(*at, tick));
-        let made = held.unwrap_or_else(|| {
-            let sea = self.timeline.at(tick);
-            (tick, sea.cascades.iter().map(|modes| Trochoids::new(modes, &sea)).collect())
-        });
-        &self.evaluated.insert(made).1
     }
 
     fn sum(&mut self, tick: i64, share: f64) -> &DirectSum {

@@ -7,11 +7,12 @@ use std::sync::Arc;
 use bytes::Bytes;
 use rayon::prelude::*;
 
+use super::answer::{Evaluated, ProbeFields};
 use super::foam_track::FoamTrack;
-use super::point_feed::{PointsMessage, PointsWish, fields_of_points, message};
+use super::point_feed::{PointsMessage, PointsWish, Water, fields_of_points, messages};
 use crate::backend::{Backend, BackendError, CascadeSurface, Surface};
 use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, fields_of, levels_of};
-use crate::scene::Foam;
+use crate::scene::{Foam, Model};
 use crate::sea::{Layout, Life, Timeline};
 use crate::tile::{EncodeError, Stamp, encode};
 use crate::wire::{Group, UnitName};
@@ -73,6 +74,8 @@ pub struct Stepper {
     foam: BTreeMap<u8, FoamTrack>,
     /// Points that clients follow.
     points: Vec<PointsWish>,
+    /// What they are read from where the sea is one of trochoids.
+    evaluated: Evaluated,
     /// Of foam steps since the last frames.
     work: Work,
 }
@@ -87,7 +90,8 @@ impl Stepper {
         let encoders = encoders.expect("the system gives threads at start");
         let (breaking, foamy, foam) = (BTreeSet::new(), BTreeSet::new(), BTreeMap::new());
         let (loaded, newest, points, work) = (None, None, Vec::new(), Work::default());
-        Self { backend, encoders, timeline, epoch, loaded, newest, breaking, foamy, foam, points, work }
+        let evaluated = Evaluated::default();
+        Self { backend, encoders, timeline, epoch, loaded, newest, breaking, foamy, foam, points, evaluated, work }
     }
 
     /// Name of the backend.
@@ -101,6 +105,7 @@ impl Stepper {
             self.foam.values_mut().for_each(FoamTrack::forget);
         }
         (self.timeline, self.loaded) = (timeline, None);
+        self.evaluated.forget();
         self.keep_tracks();
     }
 
@@ -118,6 +123,9 @@ impl Stepper {
 
     /// Points whose water is told at every multiple of their interval.
     pub fn set_points(&mut self, points: Vec<PointsWish>) {
+        if points.is_empty() {
+            self.evaluated.forget();
+        }
         self.points = points;
     }
 
@@ -209,10 +217,9 @@ impl Stepper {
             units.extend(whole.map(|(place, life)| (place, life.foam_left(tick) as f32, *unit)));
         }
         let due: Vec<PointsWish> = self.points.iter().filter(|wish| tick % wish.interval == 0).cloned().collect();
-        let effects = &timeline.scene().effects;
         let of_points = match due.is_empty() {
             true => FieldSet::NONE,
-            false => fields_of_points(effects),
+            false => fields_of_points(timeline.scene()),
         };
         self.load(tick)?;
         let mut plan = Plan::default();
@@ -240,10 +247,17 @@ impl Stepper {
             layout: timeline.generation_at(surface.tick),
         };
         let encode = |(place, foam, unit)| (unit, encode_unit(surface.cascades.get(place), unit, foam, stamp));
-        let (encoded, points): (Vec<_>, Vec<_>) = self.encoders.install(|| {
-            let told = due.par_iter().map(|wish| message(wish, surface, &timeline, stamp));
-            (units.into_par_iter().map(encode).collect(), told.collect())
-        });
+        let (wanted, evaluated) = (ProbeFields::of(&timeline.scene().effects), &mut self.evaluated);
+        let tell = || match timeline.scene().model {
+            _ if due.is_empty() => Vec::new(),
+            Model::Fft => messages(&due, Water::Grids(surface, timeline.layout()), wanted, stamp),
+            Model::Trochoid(_) => {
+                messages(&due, Water::Trochoids(evaluated.at(&timeline, surface.tick)), wanted, stamp)
+            }
+        };
+        // Together, so that no thread rests while the other kind is left to do.
+        let (encoded, points): (Vec<_>, Vec<_>) =
+            self.encoders.install(|| rayon::join(|| units.into_par_iter().map(encode).collect(), tell));
         let told = points.len();
         let points: Vec<PointsMessage> = points.into_iter().flatten().collect();
         let (refused, frames) = ((told - points.len()) as u64, Vec::with_capacity(encoded.len()));

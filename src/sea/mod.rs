@@ -44,7 +44,7 @@ pub use modes::{CascadeModes, Mode, Sea};
 pub use noise::{gaussian_pair, log_normal_pair};
 pub use octave::{OCTAVE_CENTRE, OCTAVE_VARIANCE, Octave, kernel_energies, lattice_direction};
 pub use phase::{cos_sin, cos_sin_q24, cycles_per_repeat, turn_of_tick};
-pub use rest_position::{Displacement, RestPosition, rest_position};
+pub use rest_position::{Displacement, RestPosition, rest_position, rest_position_within};
 pub use shoaling::{kitaigorodskii, thompson_vincent};
 pub use spectrum::Spectrum;
 pub use spreading::{Spreader, cos2s, donelan_banner_beta, hasselmann_s, horvath_swell_s, mitsuyasu_s};

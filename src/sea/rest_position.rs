@@ -72,7 +72,16 @@ struct Place {
 ///
 /// Newton's method, each step cut until it brings the particle nearer. Where that ends short of the point, at a fold,
 /// it begins again farther and farther around; of all places the nearest counts.
-pub fn rest_position(target: [f64; 2], mut displacement: impl FnMut([f64; 2]) -> Displacement) -> RestPosition {
+pub fn rest_position(target: [f64; 2], displacement: impl FnMut([f64; 2]) -> Displacement) -> RestPosition {
+    rest_position_within(MAX_ITERATIONS, target, displacement)
+}
+
+/// The same in so many steps at most: what has not arrived by then is told as it stands.
+pub fn rest_position_within(
+    most: u32,
+    target: [f64; 2],
+    mut displacement: impl FnMut([f64; 2]) -> Displacement,
+) -> RestPosition {
     let mut look = |offset: [f64; 2]| {
         let displacement = displacement([target[0] + offset[0], target[1] + offset[1]]);
         let rest = [-offset[0] - displacement.dx, -offset[1] - displacement.dz];
@@ -82,7 +91,7 @@ pub fn rest_position(target: [f64; 2], mut displacement: impl FnMut([f64; 2]) ->
     let (mut best, mut here, mut share, mut starts, mut iterations) = (first, first, 1.0, 0, 0);
     // Upside down, plain steps lead out to where the surface is not; only where they don't, Newton's lead on.
     let mut plainly = true;
-    while best.residual > ARRIVED_M && iterations < MAX_ITERATIONS {
+    while best.residual > ARRIVED_M && iterations < most.min(MAX_ITERATIONS) {
         iterations += 1;
         if share >= LEAST_STEP {
             let step = here.step(plainly);

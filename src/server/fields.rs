@@ -22,6 +22,18 @@ const BODY_TIME: Duration = Duration::from_secs(10);
 /// # Errors
 /// 413 for a longer one, 408 for a slow one, 400 for one that ends early.
 pub async fn read_body(body: Body, most: usize) -> Result<Vec<u8>, Problem> {
+    read_body_into(body, most, |_| Ok(())).await
+}
+
+/// The same where room must be had for what is held: `room` is told the bytes held before each chunk of them is kept.
+///
+/// # Errors
+/// Those of [`read_body`], and of `room`.
+pub async fn read_body_into(
+    body: Body,
+    most: usize,
+    mut room: impl FnMut(usize) -> Result<(), Problem>,
+) -> Result<Vec<u8>, Problem> {
     let read = async {
         let (mut held, mut length, mut stream) = (Vec::new(), 0, body.into_data_stream());
         while let Some(chunk) = stream.next().await {
@@ -31,6 +43,7 @@ pub async fn read_body(body: Body, most: usize) -> Result<Vec<u8>, Problem> {
                 break;
             }
             if length <= most {
+                room(length)?;
                 held.extend_from_slice(&chunk);
             }
         }
@@ -64,17 +77,9 @@ impl Fields {
     pub fn parse(body: &[u8]) -> Result<Self, Problem> {
         match serde_json::from_slice(body) {
             Ok(Value::Object(fields)) => Ok(Self(fields)),
-            Ok(_) => {
-                let detail = "the body must be a JSON object";
-                Err(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-value", "The body is no object", detail))
-            }
-            Err(error) => Err(bad(format!("not JSON: {error}"))),
+            Ok(_) => Err(no_object()),
+            Err(error) => Err(not_json(&error)),
         }
-    }
-
-    /// A field as it stands; `None` when it is left out.
-    pub fn any(&mut self, name: &str) -> Option<Value> {
-        self.0.remove(name)
     }
 
     /// A number that may be left out.
@@ -131,9 +136,7 @@ impl Fields {
     /// # Errors
     /// 422 for anything but a whole number from 0 to [`MAX_TICK`].
     pub fn tick(&mut self, name: &str) -> Result<Option<i64>, Problem> {
-        let Some(value) = self.0.remove(name) else { return Ok(None) };
-        let tick = value.as_i64().filter(|tick| (0..=MAX_TICK).contains(tick));
-        tick.map(Some).ok_or_else(|| Problem::value(name, value, "a whole number from 0 to 2^53 - 1"))
+        self.0.remove(name).map(|value| tick_of(name, value)).transpose()
     }
 
     /// Ends the reading.
@@ -143,14 +146,36 @@ impl Fields {
     pub fn finish(self) -> Result<(), Problem> {
         match self.0.into_iter().next() {
             None => Ok(()),
-            Some((name, value)) => {
-                let detail = format!("{name:?} is not a field of this request");
-                let unknown =
-                    Problem::new(StatusCode::UNPROCESSABLE_ENTITY, "unknown-field", "A field is not known", detail);
-                Err(unknown.at(name).found(value))
-            }
+            Some((name, value)) => Err(unknown(name, value)),
         }
     }
+}
+
+/// A tick.
+///
+/// # Errors
+/// 422 for anything but a whole number from 0 to [`MAX_TICK`].
+pub fn tick_of(name: &str, value: Value) -> Result<i64, Problem> {
+    let tick = value.as_i64().filter(|tick| (0..=MAX_TICK).contains(tick));
+    tick.ok_or_else(|| Problem::value(name, value, "a whole number from 0 to 2^53 - 1"))
+}
+
+/// The refusal of what is not JSON.
+pub fn not_json(error: &serde_json::Error) -> Problem {
+    bad(format!("not JSON: {error}"))
+}
+
+/// The refusal of JSON that is no object.
+pub fn no_object() -> Problem {
+    let detail = "the body must be a JSON object";
+    Problem::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-value", "The body is no object", detail)
+}
+
+/// The refusal of a field that nobody reads.
+pub fn unknown(name: String, value: Value) -> Problem {
+    let detail = format!("{name:?} is not a field of this request");
+    let unknown = Problem::new(StatusCode::UNPROCESSABLE_ENTITY, "unknown-field", "A field is not known", detail);
+    unknown.at(name).found(value)
 }
 
 /// The refusal of an object without a field.

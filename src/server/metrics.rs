@@ -77,7 +77,13 @@ pub fn page(ocean: &Ocean) -> String {
     put("step_seconds_total", "counter", "Seconds spent in steps.", "", engine.step_seconds);
     put("step_seconds", "gauge", "Seconds the last step took.", "", engine.step_ms / 1e3);
     put("frames_skipped_total", "counter", "Ticks passed over, too slow.", "", engine.skipped_frames as f64);
-    put("frames_refused_total", "counter", "Frames with a value not finite.", "", engine.refused_frames as f64);
+    put(
+        "frames_refused_total",
+        "counter",
+        "Frames, and messages of points, with a value not finite.",
+        "",
+        engine.refused_frames as f64,
+    );
     put("backend_errors_total", "counter", "Errors of the backend.", "", engine.backend_errors as f64);
     put("probes_total", "counter", "Requests of points that were answered.", "", count(&counts.probes));
     put("probe_points_total", "counter", "Points of those.", "", count(&counts.probe_points));

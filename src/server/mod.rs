@@ -25,12 +25,14 @@ mod session;
 mod settings;
 mod socket;
 mod subscriptions;
+mod told;
 mod upgrade;
 mod viewer;
 
 pub use change_body::ChangeBody;
 pub use listen::run;
 pub use ocean::Ocean;
+pub use probe_body::ProbeBody;
 pub use problem::Problem;
 pub use proposal::When;
 pub use settings::{MAX_UNITS, Settings};

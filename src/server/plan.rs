@@ -29,7 +29,7 @@ pub async fn plan(ocean: &Arc<Ocean>) -> Result<(u64, Value), Problem> {
     let effects = costs(ocean).await?;
     let counters = ocean.counters();
     let (tick, of) = (ocean.tick(), demand.clone());
-    let points = ocean.points.interval().map(|interval| (fields_of_points(&timeline.scene().effects), interval));
+    let points = ocean.points.interval().map(|interval| (fields_of_points(timeline.scene()), interval));
     let list = move || Listing::new(&of, points, timeline.layout(), timeline.scene(), &timeline.at(tick));
     let Ok(listing) = spawn_blocking(list).await else { return Err(Problem::internal("the plan can't be made")) };
     let Ok(mut body) = serde_json::to_value(listing) else { return Err(Problem::internal("the plan can't be told")) };

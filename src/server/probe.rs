@@ -4,34 +4,42 @@ use std::sync::Arc;
 
 use axum::body::Body;
 use http::StatusCode;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Serialize;
-use tokio::sync::{Mutex, Semaphore, SemaphorePermit, TryAcquireError};
+use tokio::sync::{Mutex, OwnedSemaphorePermit, Semaphore};
 use tokio::task::spawn_blocking;
 
-use super::fields::{LARGEST_BODY, read_body};
+use super::fields::{LARGEST_BODY, read_body_into};
 use super::ocean::Ocean;
 use super::probe_body::ProbeBody;
 use super::problem::Problem;
 use crate::backend::Cpu;
 use crate::engine::{ProbeAnswer, ProbeError, ProbeMethod, Probed, Prober};
+use crate::sea::Timeline;
 use crate::wire::TICKS_PER_SECOND;
 
-/// Most bodies that are being read at a time.
-const MAX_READING: usize = 64;
-/// Most requests that wait for their turn, the one under way included.
+/// Most that is held of bodies which are still being read, KiB. Bytes are counted as they come, so that who sends none
+/// keeps nobody out.
+const MAX_READING_KIB: usize = 64 << 10;
+/// Most bodies parsed at a time.
+const MAX_PARSING: usize = 2;
+/// Most requests that are parsed or wait for their turn, the one under way included.
 const MAX_WAITING: usize = 8;
 /// A prober that nobody asked for so long is let go, ticks: a minute.
 const IDLE_TICKS: i64 = 60 * TICKS_PER_SECOND;
 
 /// The prober, made when it is first asked, and the places before it.
 pub struct Probes {
-    reading: Semaphore,
+    reading: Arc<Semaphore>,
+    parsing: Arc<Semaphore>,
     waiting: Arc<Semaphore>,
     prober: Arc<Mutex<Option<Kept>>>,
 }
 
 struct Kept {
     prober: Prober,
+    /// Half of the cores: frames have the others for themselves.
+    threads: ThreadPool,
     /// When it was asked last.
     used: i64,
 }
@@ -39,7 +47,8 @@ struct Kept {
 impl Default for Probes {
     fn default() -> Self {
         Self {
-            reading: Semaphore::new(MAX_READING),
+            reading: Arc::new(Semaphore::new(MAX_READING_KIB)),
+            parsing: Arc::new(Semaphore::new(MAX_PARSING)),
             waiting: Arc::new(Semaphore::new(MAX_WAITING)),
             prober: Arc::default(),
         }
@@ -54,13 +63,37 @@ impl Probes {
         }
     }
 
-    fn read(&self) -> Result<SemaphorePermit<'_>, Problem> {
-        self.reading.try_acquire().map_err(busy)
+    /// Reads a body. Its room is held as long as the body is.
+    async fn read(&self, body: Body) -> Result<(Vec<u8>, Option<OwnedSemaphorePermit>), Problem> {
+        let mut held: Option<OwnedSemaphorePermit> = None;
+        let room = |bytes: usize| {
+            let (wanted, has) = (bytes.div_ceil(1024), held.as_ref().map_or(0, OwnedSemaphorePermit::num_permits));
+            let more = u32::try_from(wanted.saturating_sub(has)).unwrap_or(u32::MAX);
+            let more = Arc::clone(&self.reading).try_acquire_many_owned(more);
+            let more = more.map_err(|_| busy(format!("{MAX_READING_KIB} KiB of probes are being read")))?;
+            match &mut held {
+                Some(held) => held.merge(more),
+                None => held = Some(more),
+            }
+            Ok(())
+        };
+        let body = read_body_into(body, LARGEST_BODY, room).await?;
+        Ok((body, held))
     }
 }
 
-fn busy(_: TryAcquireError) -> Problem {
-    let detail = format!("{MAX_WAITING} probes are waiting or {MAX_READING} are being read, the most at a time");
+impl Kept {
+    fn new(ocean: &Ocean, timeline: Arc<Timeline>) -> Result<Self, Problem> {
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        let half = (ocean.settings.engine.threads.unwrap_or_else(cores) / 2).max(1);
+        let threads = ThreadPoolBuilder::new().num_threads(half).thread_name(|i| format!("swellcast-probe-{i}"));
+        let threads = threads.build().map_err(|_| Problem::internal("the system gives no threads"))?;
+        Ok(Self { prober: Prober::new(Box::new(Cpu::new(Some(half))), timeline), threads, used: ocean.tick() })
+    }
+}
+
+fn busy(limit: String) -> Problem {
+    let detail = format!("{limit}, the most at a time");
     Problem::new(StatusCode::SERVICE_UNAVAILABLE, "busy", "Too many probes at a time", detail).retry_after(1)
 }
 
@@ -89,26 +122,35 @@ struct Iterations {
 /// [`Problem`]: the body's own, 503 when too many ask, 422 for a tick that is forgotten or too much to sum.
 pub async fn answer(ocean: &Arc<Ocean>, body: Body) -> Result<String, Problem> {
     let failed = |_| Problem::internal("the points can't be probed");
-    let asked = {
-        let _read = ocean.probes.read()?;
-        let (body, timeline) = (read_body(body, LARGEST_BODY).await?, ocean.current().timeline);
-        // A megabyte of JSON is work for a thread of its own.
-        spawn_blocking(move || ProbeBody::read(&body, timeline.scene())).await.map_err(failed)??
+    let (body, room) = ocean.probes.read(body).await?;
+    let turn = Arc::clone(&ocean.probes.waiting).try_acquire_owned();
+    let turn = turn.map_err(|_| busy(format!("{MAX_WAITING} probes are waiting")))?;
+    let parsing = Arc::clone(&ocean.probes.parsing).acquire_owned().await;
+    let timeline = ocean.current().timeline;
+    // A megabyte of JSON is work for a thread of its own, which has its permits with it: it goes on when the client is
+    // gone.
+    let parse = move || {
+        let asked = ProbeBody::read(&body, timeline.scene());
+        drop((body, room, parsing));
+        (turn, asked)
     };
-    let turn = Arc::clone(&ocean.probes.waiting).try_acquire_owned().map_err(busy)?;
+    let (turn, asked) = spawn_blocking(parse).await.map_err(failed)?;
+    let asked = asked?;
     let mut kept = Arc::clone(&ocean.probes.prober).lock_owned().await;
     let ocean = Arc::clone(ocean);
     let work = move || {
         let _turn = turn;
         // Taken out, so that one which panics is not used again.
         let timeline = ocean.current().timeline;
-        let mut prober = kept.take().map_or_else(
-            || Prober::new(Box::new(Cpu::new(ocean.settings.engine.threads)), Arc::clone(&timeline)),
-            |kept| kept.prober,
-        );
-        prober.set_timeline(timeline);
-        let answer = run(&ocean, &mut prober, &asked);
-        *kept = Some(Kept { prober, used: ocean.tick() });
+        let mut at_work = match kept.take() {
+            Some(kept) => kept,
+            None => Kept::new(&ocean, Arc::clone(&timeline))?,
+        };
+        at_work.prober.set_timeline(timeline);
+        let Kept { prober, threads, used } = &mut at_work;
+        let answer = threads.install(|| run(&ocean, prober, &asked));
+        *used = ocean.tick();
+        *kept = Some(at_work);
         answer
     };
     spawn_blocking(work).await.map_err(failed)?

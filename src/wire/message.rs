@@ -7,7 +7,7 @@ use super::points::{Points, PointsSubscribed};
 use super::vocabulary::{ErrorClass, Group};
 
 /// Largest text message a client may send.
-pub const MAX_MESSAGE_BYTES: usize = 65_536;
+pub const MAX_MESSAGE_BYTES: usize = 131_072;
 
 /// A unit as messages name it: what is encoded once and shared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -89,9 +89,10 @@ impl PointRecord {
 }
 
 /// The bytes of a message; `None` where a number is not finite, because a wrong number is never sent.
-pub fn write_points(header: &PointsHeader, records: impl ExactSizeIterator<Item = PointRecord>) -> Option<Vec<u8>> {
-    let count = u32::try_from(records.len()).ok()?;
-    let mut bytes = Vec::with_capacity(POINTS_HEADER_BYTES + records.len() * POINT_BYTES);
+pub fn write_points(header: &PointsHeader, records: impl Iterator<Item = PointRecord> + Clone) -> Option<Vec<u8>> {
+    let points = records.clone().count();
+    let count = u32::try_from(points).ok()?;
+    let mut bytes = Vec::with_capacity(POINTS_HEADER_BYTES + points * POINT_BYTES);
     bytes.extend(POINTS_MAGIC);
     bytes.extend((POINTS_HEADER_BYTES as u16).to_le_bytes());
     bytes.extend((POINT_BYTES as u16).to_le_bytes());

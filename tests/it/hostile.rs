@@ -5,6 +5,7 @@ use std::time::Duration;
 use futures_util::{SinkExt, StreamExt};
 use serde_json::json;
 use swellcast::server::Settings;
+use swellcast::wire::MAX_MESSAGE_BYTES;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpSocket, TcpStream};
 use tokio_websockets::Message;
@@ -23,7 +24,7 @@ async fn wrong_messages_end_with_the_code_that_says_why() {
     assert_eq!(client.closed().await, 1003);
 
     let mut client = served.client().await;
-    client.stream.send(Message::text("x".repeat(100_000))).await.unwrap();
+    client.stream.send(Message::text("x".repeat(MAX_MESSAGE_BYTES + 1))).await.unwrap();
     assert_eq!(client.closed().await, 1009);
 
     let mut client = served.client().await;
@@ -61,7 +62,7 @@ async fn every_invalid_vector_gets_a_clean_error_from_a_live_server() {
         // A client each, so that none is closed for sending too many.
         let mut client = served.client().await;
         client.stream.send(Message::text(text.to_owned())).await.unwrap();
-        if text.len() > 65_536 {
+        if text.len() > MAX_MESSAGE_BYTES {
             assert_eq!(client.closed().await, 1009, "{message}");
             continue;
         }

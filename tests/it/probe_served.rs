@@ -3,10 +3,14 @@
 use std::time::Duration;
 
 use serde_json::{Value, json};
-use swellcast::scene::preset;
-use swellcast::server::Settings;
-use tokio::io::AsyncWriteExt;
+use swellcast::control::{Epoch, Store};
+use swellcast::engine::Clock;
+use swellcast::scene::{Change, ChangeKind, preset};
+use swellcast::sea::Timeline;
+use swellcast::server::{Ocean, Settings};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
+use tokio::time::timeout;
 
 use crate::served::{Answer, SMALL, Served};
 use crate::support::scene;
@@ -111,6 +115,14 @@ async fn every_wrong_probe_is_refused_by_name() {
         (with(r#""method":"direct","share":0"#), 422, "invalid-value", "share"),
         (with(r#""method":"direct","share":1.01"#), 422, "invalid-value", "share"),
         (with(r#""point":1"#), 422, "unknown-field", "point"),
+        (with(&format!(r#""{}":[{{}}]"#, "n".repeat(900_000))), 422, "unknown-field", "a string of 900000 bytes"),
+        (with(r#""points":[[0,0]]"#), 422, "invalid-value", "points"),
+        (with(r#""tick":1,"tick":1"#), 422, "invalid-value", "tick"),
+        (with(r#""tick":1}}"#), 400, "not-json", ""),
+        (format!(r#"{{"points":[{}0]}}"#, r#"{"":0},"#.repeat(140_000)), 422, "invalid-value", "points"),
+        (format!(r#"{{"points":[[0,{}0]]}}"#, "[],".repeat(300_000)), 422, "invalid-value", "points[0]"),
+        (format!(r#"{{"points":[{{{}"z":0}}]}}"#, r#""":[],"#.repeat(140_000)), 422, "invalid-value", "points[0]"),
+        (with(&format!(r#""fields":[{}0]"#, r#""height","#.repeat(100_000))), 422, "invalid-value", "fields[100000]"),
     ];
     for (body, status, kind, field) in cases {
         let answer = served.http("POST", PROBE, "", &body).await;
@@ -137,20 +149,27 @@ async fn ticks_that_are_forgotten_are_refused() {
     let at = |tick: i64| json!({ "points": [[0, 0]], "tick": tick });
     assert_eq!(probe(&served, &at(0)).await.status, 200, "a sea that never changed is known for ever");
     assert_eq!(probe(&served, &at((1 << 53) - 1)).await.status, 200);
-    let ocean = std::sync::Arc::clone(&served.ocean);
-    // What a change long ago would leave behind: the served sea's own timeline can't wait for it.
-    let scene = ocean.current().timeline.scene().clone();
-    let change = swellcast::scene::Change {
-        sequence: 1,
-        effective_tick: 7200,
-        transition_ticks: 0,
-        kind: swellcast::scene::ChangeKind::Wind { speed_mps: 15.0, direction_from_deg: 0.0 },
-    };
-    let timeline = swellcast::sea::Timeline::replay(&scene, std::slice::from_ref(&change), 7200 * 3600);
-    assert!((7200..7200 * 3600).contains(&timeline.since()), "{}", timeline.since());
-    let fresh = swellcast::sea::Timeline::replay(&scene, std::slice::from_ref(&change), 7200);
-    assert_eq!(fresh.since(), i64::MIN);
-    assert_eq!(timeline.at(timeline.since()), fresh.at(timeline.since()), "what is said to be known is known");
+    served.stop().await;
+
+    // An hour after a change of its second second.
+    let store = Store::in_memory().unwrap();
+    let mut begun = store.begin(&scene(SMALL), Epoch::begin(Clock::unix_now_ns() - 3_600_000_000_000)).unwrap();
+    let kind = ChangeKind::Wind { speed_mps: 15.0, direction_from_deg: 0.0 };
+    begun.changes = vec![Change { sequence: 1, effective_tick: 7200, transition_ticks: 0, kind }];
+    let fresh = Timeline::replay(&begun.scene, &begun.changes, 7200);
+    let served = Served::of(Ocean::start(store, begun, Settings::default())).await;
+    let timeline = served.ocean.current().timeline;
+    let since = timeline.since();
+    assert!((7200..7200 * 3600).contains(&since) && fresh.since() == i64::MIN, "{since}");
+    assert_eq!(timeline.at(since), fresh.at(since), "what is said to be known is known");
+    for tick in [0, 7199, since - 1] {
+        let refused = probe(&served, &at(tick)).await;
+        let told = refused.json();
+        assert_eq!((refused.status, &told["type"]), (422, &json!("urn:swellcast:problem:too-early")), "{refused:?}");
+        assert_eq!((&told["field"], &told["value"], &told["bound"]), (&json!("tick"), &json!(tick), &json!(since)));
+    }
+    let known = probe(&served, &at(since)).await.json();
+    assert_eq!((&known["tick"], &known["sequence"]), (&json!(since), &json!(1)));
     served.stop().await;
 }
 
@@ -170,36 +189,59 @@ async fn ten_thousand_points_are_one_request_and_a_crowd_is_told_to_wait() {
     assert_eq!((refused.status, refused.json()["field"].as_str()), (422, Some("points")), "{}", refused.body);
 
     // Each takes a good part of a second; the one under way and seven more may wait, the others come again.
-    let slow = json!({ "points": points[..2000], "method": "direct" }).to_string();
+    let slow = json!({ "points": points[..1000], "method": "direct" }).to_string();
     let all = futures_util::future::join_all((0..24).map(|_| served.http("POST", path, "", &slow))).await;
     let (ok, busy): (Vec<_>, Vec<_>) = all.iter().partition(|answer| answer.status == 200);
     assert!(ok.len() >= 8 && !busy.is_empty(), "{} answered, {} not", ok.len(), busy.len());
     for answer in busy {
         assert_eq!((answer.status, answer.header("retry-after")), (503, Some("1")), "{answer:?}");
-        assert_eq!(answer.json()["type"], "urn:swellcast:problem:busy");
+        let told = answer.json();
+        assert_eq!(told["type"], "urn:swellcast:problem:busy");
+        assert!(told["detail"].as_str().unwrap().starts_with("8 probes are waiting"), "{told}");
     }
     assert_eq!(figure(&served, "transforms_total").await, 0.0);
     served.stop().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn bodies_that_never_end_hold_up_nobody_for_long() {
+async fn bodies_that_never_end_keep_nobody_out() {
     let served = Served::start(&scene(SMALL), Settings::default()).await;
-    // More than may be read at a time: each sends a head and no body.
-    let mut held = Vec::new();
-    for _ in 0..80 {
+    let begin = async |text: &str| {
         let mut stream = TcpStream::connect(served.address).await.unwrap();
-        let head = format!("POST {PROBE} HTTP/1.1\r\nhost: x\r\ncontent-length: 1000000\r\n\r\n{{");
+        let head = format!("POST {PROBE} HTTP/1.1\r\nhost: x\r\ncontent-length: 1000000\r\n\r\n{text}");
         stream.write_all(head.as_bytes()).await.unwrap();
-        held.push(stream);
+        stream
+    };
+    // Each sends a head and one byte.
+    let mut held = Vec::new();
+    for _ in 0..200 {
+        held.push(begin("{").await);
     }
     tokio::time::sleep(Duration::from_millis(200)).await;
-    let answer = probe(&served, &json!({ "points": [[0, 0]] })).await;
-    assert_eq!((answer.status, answer.header("retry-after")), (503, Some("1")), "{answer:?}");
-    // The connections go, and their places with them.
+    assert_eq!(probe(&served, &json!({ "points": [[0, 0]] })).await.status, 200);
+    drop(held);
+
+    // Each sends all but the last byte: together more than is held at a time.
+    let most = " ".repeat(999_999);
+    let mut held = Vec::new();
+    for _ in 0..72 {
+        held.push(begin(&most).await);
+    }
+    let mut busy = 0;
+    for stream in &mut held {
+        let mut answer = vec![0; 1000];
+        if let Ok(read) = timeout(Duration::from_millis(100), stream.read(&mut answer)).await {
+            let answer = String::from_utf8_lossy(&answer[..read.unwrap()]).into_owned();
+            assert!(answer.contains(" 503 ") && answer.contains("65536 KiB of probes are being read"), "{answer}");
+            busy += 1;
+        }
+    }
+    assert!((3..10).contains(&busy), "{busy} of 72 were told to come again");
+    // The connections go, and their room with them.
     drop(held);
     tokio::time::sleep(Duration::from_millis(200)).await;
-    assert_eq!(probe(&served, &json!({ "points": [[0, 0]] })).await.status, 200);
+    let padded = format!("{{\"points\":[[0,0]]{}}}", " ".repeat(900_000));
+    assert_eq!(served.http("POST", PROBE, "", &padded).await.status, 200);
     assert_eq!(served.get("/readyz").await.status, 200);
     served.stop().await;
 }

@@ -24,7 +24,7 @@ async fn hello_comes_first_and_all_clients_get_the_same_bytes() {
     let Got::Text(hello) = a.next().await else { panic!("hello is a text") };
     assert_eq!((&hello["type"], &hello["protocol"], &hello["scene"]), (&json!("hello"), &json!(1), &json!("small")));
     assert_eq!(hello["lead_ticks"], 1680);
-    assert_eq!(hello["limits"], json!({ "message_bytes": 65_536, "units": 64, "live_units": 64, "points": 2000 }));
+    assert_eq!(hello["limits"], json!({ "message_bytes": 131_072, "units": 64, "live_units": 64, "points": 2000 }));
     let subscribed = a.subscribe(30, &ALL).await;
     assert_eq!(subscribed["units"].as_array().unwrap().len(), 3);
     b.subscribe(30, &ALL).await;

@@ -68,5 +68,5 @@ fn vectors_are_what_the_code_says() {
     found.sort();
     assert_eq!(found, expected, "files nobody describes, or missing ones");
     let total: usize = files.iter().map(|(_, bytes)| bytes.len()).sum();
-    assert!(total < 300_000, "the vectors are {total} bytes");
+    assert!(total < 400_000, "the vectors are {total} bytes");
 }

@@ -1,19 +1,25 @@
-//! Frames: bytes are refused, or they are a frame of whole planes that writes the same bytes.
+//! Frames and messages of points: bytes are refused, or they are one that writes the same bytes.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use swellcast::tile::decode;
-use swellcast::wire::{HEADER_BYTES, MAX_TICK, TILE};
+use swellcast::wire::{
+    HEADER_BYTES, MAX_TICK, POINT_BYTES, POINTS_HEADER_BYTES, TILE, read_points, write_points,
+};
 
 /// Where the header holds the length of what follows it.
 const PAYLOAD: usize = 52;
 /// Where the header holds the checksum.
 const CRC: usize = 80;
+/// Where the header of points holds how many they are, and its checksum.
+const COUNT: usize = 8;
+const POINTS_CRC: usize = 48;
 /// The largest payload: three channels of a whole tile.
 const MOST: usize = 3 * TILE * TILE * 2;
 
 fuzz_target!(|bytes: &[u8]| {
     check(bytes);
+    points(bytes);
     // No mutation finds a checksum, nor the 400 kB of a whole tile: the same again, as long as it says and sealed.
     let Some((head, rest)) = bytes.split_at_checked(HEADER_BYTES) else { return };
     let says = u32::from_le_bytes(head[PAYLOAD..PAYLOAD + 4].try_into().expect("four bytes")) as usize;
@@ -25,6 +31,26 @@ fuzz_target!(|bytes: &[u8]| {
     frame[CRC..CRC + 4].copy_from_slice(&crc.finalize().to_le_bytes());
     check(&frame);
 });
+
+/// As it is, and again with the count and the checksum that fit.
+fn points(bytes: &[u8]) {
+    check_points(bytes);
+    let Some(records) = bytes.len().checked_sub(POINTS_HEADER_BYTES).map(|rest| rest / POINT_BYTES) else { return };
+    let mut message = bytes[..POINTS_HEADER_BYTES + records * POINT_BYTES].to_vec();
+    message[COUNT..COUNT + 4].copy_from_slice(&(records as u32).to_le_bytes());
+    let mut crc = crc32fast::Hasher::new();
+    crc.update(&message[..POINTS_CRC]);
+    crc.update(&message[POINTS_HEADER_BYTES..]);
+    message[POINTS_CRC..POINTS_CRC + 4].copy_from_slice(&crc.finalize().to_le_bytes());
+    check_points(&message);
+}
+
+fn check_points(bytes: &[u8]) {
+    let Ok((header, records)) = read_points(bytes) else { return };
+    assert!(header.tick <= MAX_TICK as u64 && header.id <= MAX_TICK as u64);
+    let again = write_points(&header, records.iter().copied());
+    assert!(again.as_deref() == Some(bytes), "{header:?} is written otherwise");
+}
 
 fn check(bytes: &[u8]) {
     let Ok(frame) = decode(bytes) else { return };

@@ -5,8 +5,8 @@ use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
 use swellcast::scene::{Change, ChangeKind, MAX_TRANSITION_TICKS, Scene, preset};
-use swellcast::server::{ChangeBody, Problem};
-use swellcast::wire::{ClientMessage, ServerMessage};
+use swellcast::server::{ChangeBody, ProbeBody, Problem};
+use swellcast::wire::{ClientMessage, FARTHEST_M, MAX_TICK, ServerMessage};
 
 static SCENE: LazyLock<Scene> = LazyLock::new(|| preset("beaufort-5").expect("a preset"));
 /// When the request came, and the first tick at which it could act.
@@ -16,6 +16,7 @@ fuzz_target!(|bytes: &[u8]| {
     change(ChangeBody::wind(bytes));
     change(ChangeBody::sea(bytes));
     change(ChangeBody::layout(bytes));
+    probe(bytes);
     if let Ok(text) = std::str::from_utf8(bytes) {
         from_client(text);
         from_server(text);
@@ -72,6 +73,20 @@ fn change(body: Result<ChangeBody, Problem>) {
     let wind = scene.sea.wind.expect("the scene has wind");
     assert!((0.0..=100.0).contains(&wind.speed_mps) && (0.0..360.0).contains(&wind.direction_from_deg));
     assert!(scene.sea.water.depth_m >= 1e-3 && (0.1..=100.0).contains(&scene.sea.water.gravity));
+}
+
+fn probe(bytes: &[u8]) {
+    match ProbeBody::read(bytes, &SCENE) {
+        Ok(asked) => {
+            assert!((1..=10_000).contains(&asked.points.len()));
+            assert!(asked.points.iter().flatten().all(|metres| metres.abs() <= FARTHEST_M));
+            assert!(asked.tick.is_none_or(|tick| (0..=MAX_TICK).contains(&tick)));
+        }
+        Err(problem) => {
+            refused(&problem);
+            assert!(problem.document().len() < 2000, "what was sent is not sent back");
+        }
+    }
 }
 
 fn refused(problem: &Problem) {
