@@ -14,16 +14,8 @@ use swellcast::plan::{CascadePlan, Field, FieldSet, Packing, Plan};
 use swellcast::scene::{Effects, Scene, SceneFile};
 use swellcast::sea::{Timeline, turn_of_tick};
 
-const FIELDS: [Field; 8] = [
-    Field::Height,
-    Field::Dx,
-    Field::Dz,
-    Field::SlopeX,
-    Field::SlopeZ,
-    Field::Dxx,
-    Field::Dzz,
-    Field::Dxz,
-];
+const FIELDS: [Field; 8] =
+    [Field::Height, Field::Dx, Field::Dz, Field::SlopeX, Field::SlopeZ, Field::Dxx, Field::Dzz, Field::Dxz];
 
 #[link(name = "fftw3f")]
 unsafe extern "C" {
@@ -114,7 +106,10 @@ fn main() {
     let mut arguments = std::env::args().skip(1);
     let rounds: usize = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(60);
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get());
-    let mut page = format!("{INTRODUCTION}\n{rounds} rounds (half as many at 1024) on {cores} cores, {}.\n\n", std::env::consts::ARCH);
+    let mut page = format!(
+        "{INTRODUCTION}\n{rounds} rounds (half as many at 1024) on {cores} cores, {}.\n\n",
+        std::env::consts::ARCH
+    );
     page += "| N | band | threads | FFTW, ms | step, ms | ratio | evolve | columns | rows |\n";
     page += "|---|---|---|---|---|---|---|---|---|\n";
     for n in [256, 512, 1024] {

@@ -3,9 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use swellcast::tile::decode;
-use swellcast::wire::{
-    HEADER_BYTES, MAX_TICK, POINT_BYTES, POINTS_HEADER_BYTES, TILE, read_points, write_points,
-};
+use swellcast::wire::{HEADER_BYTES, MAX_TICK, POINT_BYTES, POINTS_HEADER_BYTES, TILE, read_points, write_points};
 
 /// Where the header holds the length of what follows it.
 const PAYLOAD: usize = 52;
