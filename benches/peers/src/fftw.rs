@@ -2,6 +2,7 @@
 //!
 //! `cargo run --release --manifest-path benches/peers/Cargo.toml --bin fftw -- [ROUNDS] [PAGE]` (`just peers`); needs
 //! libfftw3-dev. Rounds of all contestants are interleaved.
+#![allow(clippy::disallowed_methods, reason = "a bench measures time")]
 
 use std::ffi::{c_int, c_uint, c_void};
 use std::time::Instant;
