@@ -1,6 +1,8 @@
 //! The one seam between what is asked and what computes it.
 
 mod cpu;
+#[cfg(feature = "gpu")]
+mod gpu;
 
 use thiserror::Error;
 
@@ -8,6 +10,8 @@ use crate::plan::{CascadePlan, Field, FieldSet, LevelPlan, Plan};
 use crate::sea::{Cascade, Sea};
 
 pub use cpu::Cpu;
+#[cfg(feature = "gpu")]
+pub use gpu::{Gpu, GpuError, GpuSettings, Storage};
 
 /// Why a backend could not make a surface.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -20,6 +24,9 @@ pub enum BackendError {
         /// Cascades of the sea.
         sea: usize,
     },
+    /// This backend does not do what the sea asks for.
+    #[error("not done by this backend: {0}")]
+    Unsupported(&'static str),
     /// The device is gone or refuses work; another backend has to take over.
     #[error("device lost: {0}")]
     DeviceLost(String),
