@@ -13,7 +13,7 @@ use swellcast::plan::Demand;
 use swellcast::plan::{CascadePlan, Field, FieldSet, Plan};
 use swellcast::scene::preset;
 use swellcast::sea::{EnergyTable, FoamThresholds, Timeline};
-use swellcast::tile::{Stamp, encode};
+use swellcast::tile::{Plane, Stamp, encode};
 use swellcast::wire::{ErrorClass, Group, UnitName};
 
 const ROUNDS: usize = 40;
@@ -42,7 +42,7 @@ fn main() {
     let mut tick = 0;
 
     let wave: Vec<f32> = (0..65_536).map(|i| (i as f32 * 0.01).sin()).collect();
-    let planes = [wave.as_slice(); 3];
+    let planes = [Plane::Samples(&wave); 3];
 
     type Stage<'a> = (&'static str, Box<dyn FnMut() + 'a>);
     let mut stages: Vec<Stage> = vec![

@@ -6,7 +6,8 @@ mod gpu;
 
 use thiserror::Error;
 
-use crate::plan::{CascadePlan, Field, FieldSet, LevelPlan, Plan};
+use crate::pass::quantise::Found;
+use crate::plan::{CascadePlan, Counted, Field, FieldSet, LevelPlan, Plan};
 use crate::sea::{Cascade, Sea};
 
 pub use cpu::Cpu;
@@ -38,6 +39,15 @@ pub struct CascadeSurface {
     /// Samples a side of the full grid.
     pub n: usize,
     levels: Vec<Planes>,
+    counts: Vec<Counts>,
+}
+
+/// A field as counts, in place of its samples.
+#[derive(Clone, Debug)]
+struct Counts {
+    of: Counted,
+    values: Vec<i16>,
+    found: Found,
 }
 
 /// By field; empty where it was not made.
@@ -45,7 +55,14 @@ type Planes = [Vec<f32>; Field::ALL.len()];
 
 impl CascadeSurface {
     fn new(cascade: &Cascade) -> Self {
-        Self { n: cascade.n, levels: vec![Planes::default(); usize::from(cascade.levels())] }
+        Self { n: cascade.n, levels: vec![Planes::default(); usize::from(cascade.levels())], counts: Vec::new() }
+    }
+
+    /// A field as counts, and what was found while they were made; `None` where a backend leaves samples, from which
+    /// they can be had.
+    pub fn counts(&self, counted: Counted) -> Option<(&[i16], Found)> {
+        let counts = self.counts.iter().find(|counts| counts.of == counted)?;
+        Some((&counts.values, counts.found))
     }
 
     /// A field's samples on the full grid, n x n, `[z][x]`; `None` when the plan didn't ask for it.

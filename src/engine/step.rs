@@ -11,10 +11,11 @@ use super::answer::{Evaluated, ProbeFields};
 use super::foam_track::FoamTrack;
 use super::point_feed::{PointsMessage, PointsWish, Water, fields_of_points, messages};
 use crate::backend::{Backend, BackendError, CascadeSurface, Surface};
-use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, fields_of, levels_of};
+use crate::pass::quantise::quantiser_step;
+use crate::plan::{CascadePlan, Counted, Demand, Field, FieldSet, FoamWork, Plan, Wanted, fields_of, levels_of};
 use crate::scene::{Foam, Model};
 use crate::sea::{Layout, Life, Timeline};
-use crate::tile::{EncodeError, Stamp, encode};
+use crate::tile::{EncodeError, Plane, Stamp, encode};
 use crate::wire::{Group, UnitName};
 
 /// All frames of one tick.
@@ -173,7 +174,8 @@ impl Stepper {
                 track.ran(foam_tick);
                 work
             });
-            plan.cascades.push(self.work(&life, foam_tick, [], work));
+            // Nobody looks: foam is held where it is made.
+            plan.cascades.push(self.work(&life, foam_tick, [], work).leaving(Wanted::default()));
         }
         self.work += Work::of(&plan, timeline.layout());
         self.backend.step(foam_tick, &plan)?;
@@ -234,8 +236,10 @@ impl Stepper {
                 }
                 (work.advance || here.clone().any(|unit| unit.group == Group::Foam)).then_some(work)
             });
+            let counts = here.clone().flat_map(|unit| counted(*unit, life.foam_left(tick) as f32)).collect();
             let levels = levels_of(here).chain([(0, of_points)]);
-            plan.cascades.push(self.work(&life, tick, levels, foam));
+            let wanted = Wanted { counts, samples: of_points };
+            plan.cascades.push(self.work(&life, tick, levels, foam).leaving(wanted));
         }
         let mut done = std::mem::take(&mut self.work);
         done += Work::of(&plan, timeline.layout());
@@ -301,6 +305,13 @@ impl Stepper {
     }
 }
 
+/// The channels of a unit as they go on the wire.
+fn counted(unit: UnitName, foam_left: f32) -> impl Iterator<Item = Counted> {
+    let (level, step) = (unit.level, quantiser_step(unit.class, unit.group));
+    let share = if unit.group == Group::Foam { foam_left } else { 1.0 };
+    fields_of(unit.group).iter().map(move |field| Counted { level, field: *field, step, share })
+}
+
 /// Nothing where a field of the unit was not made (foam that is not warm).
 fn encode_unit(
     cascade: Option<&CascadeSurface>,
@@ -309,17 +320,23 @@ fn encode_unit(
     stamp: Stamp,
 ) -> Result<Vec<Bytes>, EncodeError> {
     let Some(cascade) = cascade else { return Ok(Vec::new()) };
+    let counts: Option<Vec<Plane>> = counted(unit, foam_left)
+        .map(|counted| cascade.counts(counted).map(|(counts, found)| Plane::Counts(counts, found)))
+        .collect();
+    if let Some(counts) = counts {
+        return encode(unit, cascade.n, &counts, stamp);
+    }
     // Foam is made on the full grid, and averaged for the others.
     let level = if unit.group == Group::Foam { 0 } else { unit.level };
     let planes: Option<Vec<&[f32]>> =
         fields_of(unit.group).iter().map(|field| cascade.plane_at(level, *field)).collect();
-    match planes {
-        None => Ok(Vec::new()),
-        Some(planes) if unit.group == Group::Foam && foam_left < 1.0 => {
-            let fading: Vec<Vec<f32>> =
-                planes.iter().map(|p| p.iter().map(|foam| foam * foam_left).collect()).collect();
-            encode(unit, cascade.n, &fading.iter().map(Vec::as_slice).collect::<Vec<_>>(), stamp)
-        }
-        Some(planes) => encode(unit, cascade.n, &planes, stamp),
+    let Some(planes) = planes else { return Ok(Vec::new()) };
+    let samples = |planes: &[&[f32]]| {
+        encode(unit, cascade.n, &planes.iter().map(|plane| Plane::Samples(plane)).collect::<Vec<_>>(), stamp)
+    };
+    if unit.group != Group::Foam || foam_left >= 1.0 {
+        return samples(&planes);
     }
+    let fading: Vec<Vec<f32>> = planes.iter().map(|p| p.iter().map(|foam| foam * foam_left).collect()).collect();
+    samples(&fading.iter().map(Vec::as_slice).collect::<Vec<_>>())
 }

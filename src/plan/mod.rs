@@ -44,6 +44,28 @@ pub struct LevelPlan {
     pub normals: Normals,
 }
 
+/// A field as it goes on the wire: whole multiples of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Counted {
+    /// The level; of foam, which is made on the full grid, averages for it.
+    pub level: u8,
+    /// The field.
+    pub field: Field,
+    /// What one count is worth.
+    pub step: f32,
+    /// Factor on every sample: the share of foam that is shown where a cascade comes or goes.
+    pub share: f32,
+}
+
+/// All that is looked at of a cascade after a step. A backend from which reading is dear leaves no more than that.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Wanted {
+    /// Fields as counts.
+    pub counts: Vec<Counted>,
+    /// Fields of the full grid as samples.
+    pub samples: FieldSet,
+}
+
 /// Work for one cascade at one tick.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CascadePlan {
@@ -51,6 +73,8 @@ pub struct CascadePlan {
     pub levels: Vec<LevelPlan>,
     /// Foam, always of the full grid, where it is wanted.
     pub foam: Option<FoamWork>,
+    /// What is looked at; `None`: every field, as samples.
+    pub wanted: Option<Wanted>,
 }
 
 /// Work for every cascade at one tick.
@@ -125,7 +149,13 @@ impl CascadePlan {
         }
         wanted.sort_by_key(|(level, _)| *level);
         let wanted = wanted.into_iter().filter(|(_, fields)| !fields.is_empty());
-        Self { levels: wanted.map(|(level, fields)| LevelPlan::new(level, fields, effects)).collect(), foam }
+        let levels = wanted.map(|(level, fields)| LevelPlan::new(level, fields, effects)).collect();
+        Self { levels, foam, wanted: None }
+    }
+
+    /// The same, of which no more is looked at than this.
+    pub fn leaving(self, wanted: Wanted) -> Self {
+        Self { wanted: Some(wanted), ..self }
     }
 
     /// The same by this model: trochoids give every field by themselves, and need no transform.

@@ -4,7 +4,7 @@ use bytes::Bytes;
 use thiserror::Error;
 
 use super::level::{Tile, averages, row_of, tiles_per_side};
-use super::quantise::{Found, quantise, quantiser_step};
+use crate::pass::quantise::{Found, quantise, quantiser_step};
 use crate::wire::{CODEC_I16, FLAG_KEY, FLAG_SATURATED, FrameHeader, Group, HEADER_BYTES, MAGIC, TILE, UnitName};
 
 /// What a frame says beside its samples.
@@ -20,6 +20,15 @@ pub struct Stamp {
     pub layout: u32,
 }
 
+/// A channel of a unit, before tiles are cut.
+#[derive(Clone, Copy, Debug)]
+pub enum Plane<'a> {
+    /// Samples of the unit's level, but foam's of the full grid.
+    Samples(&'a [f32]),
+    /// Counts of the unit's level and step, and what was found while they were made.
+    Counts(&'a [i16], Found),
+}
+
 /// Why no frame was made. A frame with a wrong number is never sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum EncodeError {
@@ -31,35 +40,45 @@ pub enum EncodeError {
     },
 }
 
-/// Encodes one unit: one frame per tile. `n` is the side of the full grid; `planes` are the group's channels, `[z][x]`,
-/// each of the unit's level, but foam's of the full grid.
+/// Encodes one unit: one frame per tile. `n` is the side of the full grid; `planes` are the group's channels, `[z][x]`.
 ///
 /// # Errors
 /// [`EncodeError::NotFinite`].
 ///
 /// # Panics
 /// If there are fewer planes than the group has channels, or one is not of its grid.
-pub fn encode(unit: UnitName, n: usize, planes: &[&[f32]], stamp: Stamp) -> Result<Vec<Bytes>, EncodeError> {
+pub fn encode(unit: UnitName, n: usize, planes: &[Plane], stamp: Stamp) -> Result<Vec<Bytes>, EncodeError> {
     let level_n = n >> unit.level;
     let tiles = tiles_per_side(level_n);
     let side = level_n.min(TILE);
     (0..tiles * tiles).map(|i| encode_tile(unit, n, planes, stamp, Tile { side, x: i % tiles, z: i / tiles })).collect()
 }
 
-fn encode_tile(unit: UnitName, n: usize, planes: &[&[f32]], stamp: Stamp, tile: Tile) -> Result<Bytes, EncodeError> {
+fn encode_tile(unit: UnitName, n: usize, planes: &[Plane], stamp: Stamp, tile: Tile) -> Result<Bytes, EncodeError> {
     let channels = unit.group.channels();
     let plane_bytes = tile.side * tile.side * 2;
     let mut frame = vec![0; HEADER_BYTES + channels.len() * plane_bytes];
     let step = quantiser_step(unit.class, unit.group);
-    let stride = 1 << unit.level;
+    let (stride, level_n) = (1 << unit.level, n >> unit.level);
     let mut flags = FLAG_KEY;
     let payload = frame[HEADER_BYTES..].chunks_exact_mut(plane_bytes);
     for ((counts, plane), channel) in payload.zip(planes).zip(channels) {
         let mut found = Found::default();
         for (row, counts) in counts.chunks_exact_mut(tile.side * 2).enumerate() {
-            found = found.and(match (unit.group, stride) {
-                (Group::Foam, 2..) => quantise(averages(plane, n, stride, tile, row), step, counts),
-                _ => quantise(row_of(plane, n >> unit.level, tile, row).iter().copied(), step, counts),
+            found = found.and(match (*plane, unit.group, stride) {
+                (Plane::Counts(made, found), ..) => {
+                    for (bytes, count) in counts.as_chunks_mut::<2>().0.iter_mut().zip(row_of(made, level_n, tile, row))
+                    {
+                        *bytes = count.to_le_bytes();
+                    }
+                    found
+                }
+                (Plane::Samples(plane), Group::Foam, 2..) => {
+                    quantise(averages(plane, n, stride, tile, row), step, counts)
+                }
+                (Plane::Samples(plane), ..) => {
+                    quantise(row_of(plane, level_n, tile, row).iter().copied(), step, counts)
+                }
             });
         }
         if found.not_finite {
@@ -80,7 +99,7 @@ fn encode_tile(unit: UnitName, n: usize, planes: &[&[f32]], stamp: Stamp, tile: 
         codec: CODEC_I16,
         flags,
         n: tile.side as u16,
-        level_n: (n >> unit.level) as u16,
+        level_n: level_n as u16,
         tile_x: tile.x as u16,
         tile_z: tile.z as u16,
         channels: channels.len() as u16,

@@ -8,7 +8,7 @@ pub fn tiles_per_side(n: usize) -> usize {
 }
 
 /// Row `row` of a tile, out of a plane of `n` x `n`.
-pub fn row_of(plane: &[f32], n: usize, tile: Tile, row: usize) -> &[f32] {
+pub fn row_of<T>(plane: &[T], n: usize, tile: Tile, row: usize) -> &[T] {
     &plane[(tile.z * tile.side + row) * n + tile.x * tile.side..][..tile.side]
 }
 

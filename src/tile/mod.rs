@@ -5,9 +5,7 @@
 mod decode;
 mod encode;
 mod level;
-mod quantise;
 
 pub use decode::{DecodedFrame, decode};
-pub use encode::{EncodeError, Stamp, encode};
+pub use encode::{EncodeError, Plane, Stamp, encode};
 pub use level::tiles_per_side;
-pub use quantise::quantiser_step;

@@ -10,7 +10,7 @@ use swellcast::plan::{Field, FieldSet};
 use swellcast::reference;
 use swellcast::scene::{Change, ChangeKind, Foam, preset};
 use swellcast::sea::Timeline;
-use swellcast::tile::{Stamp, decode, encode};
+use swellcast::tile::{Plane, Stamp, decode, encode};
 use swellcast::wire::{ErrorClass, FLAG_SATURATED, Group, UnitName, split};
 
 use crate::support::{max_error, wind_sea};
@@ -173,8 +173,9 @@ fn what_can_not_be_told_is_flagged_or_refused() {
     let unit = UnitName { cascade: 0, level: 0, class: ErrorClass::HalfMillimetre, group: Group::Slopes };
     let stamp = Stamp { tick: 0, epoch: 1, sequence: 0, layout: 0 };
     let calm = vec![0.1_f32; 64];
-    let flags =
-        |plane: &[f32]| encode(unit, 8, &[plane, &calm], stamp).map(|frames| split(&frames[0]).unwrap().0.flags);
+    let flags = |plane: &[f32]| {
+        encode(unit, 8, &[plane, &calm].map(Plane::Samples), stamp).map(|frames| split(&frames[0]).unwrap().0.flags)
+    };
     assert_eq!(flags(&calm).unwrap() & FLAG_SATURATED, 0);
     for value in [1e6, -1e6, 3e38, f32::MIN] {
         let mut plane = calm.clone();
@@ -190,7 +191,7 @@ fn what_can_not_be_told_is_flagged_or_refused() {
     for value in [-0.0, 1e-45, -1e-45, f32::MIN_POSITIVE] {
         let mut plane = calm.clone();
         plane[0] = value;
-        let frames = encode(unit, 8, &[&plane, &calm], stamp).unwrap();
+        let frames = encode(unit, 8, &[&plane[..], &calm].map(Plane::Samples), stamp).unwrap();
         assert_eq!(split(&frames[0]).unwrap().1[..2], [0, 0]);
     }
 }

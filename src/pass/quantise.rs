@@ -1,4 +1,4 @@
-//! Numbers to 16-bit counts of a fixed step, within a guaranteed error.
+//! Numbers to 16-bit counts of a fixed step, within a guaranteed error: what goes on the wire.
 
 use crate::wire::{ErrorClass, Group};
 
