@@ -12,7 +12,7 @@ use crate::sea::{Cascade, Sea};
 
 pub use cpu::Cpu;
 #[cfg(feature = "gpu")]
-pub use gpu::{Gpu, GpuError, GpuSettings, Storage};
+pub use gpu::{Gpu, GpuError, GpuSettings, Storage, Traffic, traffic};
 
 /// Why a backend could not make a surface.
 #[derive(Clone, Debug, PartialEq, Error)]

@@ -98,6 +98,15 @@ impl EvolveTable {
         });
     }
 
+    /// Every mode as eight words: p, q, r, t, cycles, offset, angular frequency and chop; for a backend that keeps tables
+    /// of its own.
+    pub fn words(&self) -> impl Iterator<Item = [u32; 8]> + '_ {
+        (0..self.p.len()).map(|i| {
+            let [p, q, r, t] = [self.p[i], self.q[i], self.r[i], self.t[i]].map(f32::to_bits);
+            [p, q, r, t, self.cycles[i], self.offsets[i], self.omegas[i].to_bits(), self.chop[i].to_bits()]
+        })
+    }
+
     fn modes(&self, half: usize) -> usize {
         (half + 1) * (2 * self.half + 1)
     }

@@ -66,6 +66,13 @@ pub struct Wanted {
     pub samples: FieldSet,
 }
 
+impl Wanted {
+    /// Whether nothing is looked at.
+    pub fn is_empty(&self) -> bool {
+        self.counts.is_empty() && self.samples.is_empty()
+    }
+}
+
 /// Work for one cascade at one tick.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CascadePlan {

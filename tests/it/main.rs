@@ -10,6 +10,8 @@ mod engine;
 mod ensemble;
 mod foam;
 mod frames;
+#[cfg(feature = "gpu")]
+mod gpu;
 mod hostile;
 mod laws;
 mod layering;

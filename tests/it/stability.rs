@@ -5,11 +5,11 @@ mod page;
 mod pairs;
 mod table;
 
-use swellcast::backend::{Backend, Cpu};
+use swellcast::backend::{Backend, Cpu, Storage};
 use swellcast::engine::Stepper;
 use swellcast::plan::Demand;
 use swellcast::plan::{Field, FieldSet};
-use swellcast::scene::{Scene, SceneError, SceneFile};
+use swellcast::scene::{Model, Scene, SceneError, SceneFile};
 use swellcast::sea::Timeline;
 use swellcast::wire::{ErrorClass, Group, MAX_TICK, UnitName};
 
@@ -22,9 +22,14 @@ const TICKS: [i64; 5] = [0, DAY + 17, 30 * DAY, TEN_YEARS + 4711, MAX_TICK - 720
 /// Largest water level over significant height that is no lie: 1e5 samples of a random sea reach 1.2.
 const HIGHEST: f64 = 3.0;
 
-/// Every backend there is.
-fn backends() -> Vec<Box<dyn Backend>> {
-    vec![Box::new(Cpu::new(Some(2)))]
+/// Every backend there is for this scene.
+fn backends(scene: &Scene) -> Vec<Box<dyn Backend>> {
+    let mut all: Vec<Box<dyn Backend>> = vec![Box::new(Cpu::new(Some(2)))];
+    #[cfg(feature = "gpu")]
+    if scene.model == Model::Fft {
+        all.extend(crate::gpu::gpu(Storage::F32).map(|gpu| -> Box<dyn Backend> { Box::new(gpu) }));
+    }
+    all
 }
 
 fn build(file: SceneFile) -> Result<Scene, SceneError> {
@@ -49,7 +54,7 @@ fn holds(scene: &Scene, ticks: &[i64]) -> Result<(), String> {
         return Err(numbers);
     }
     bounded(&timeline, hs, ticks)?;
-    for backend in backends() {
+    for backend in backends(timeline.scene()) {
         let mut stepper = Stepper::new(backend, timeline.clone().into(), 1);
         frames_are_made(&mut stepper, &timeline, &ticks[..1])?;
     }
@@ -58,7 +63,7 @@ fn holds(scene: &Scene, ticks: &[i64]) -> Result<(), String> {
 
 /// Every sample is finite, foam from 0 to 1, and no water higher than a sea of this height can be.
 fn bounded(timeline: &Timeline, hs: f64, ticks: &[i64]) -> Result<(), String> {
-    for backend in backends() {
+    for backend in backends(timeline.scene()) {
         let name = backend.name();
         let mut stepper = Stepper::new(backend, timeline.clone().into(), 1);
         for &tick in ticks {
