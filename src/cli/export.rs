@@ -7,9 +7,10 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 
+use super::gpu::GpuArguments;
 use super::npz::NpzWriter;
 use super::scene::{MomentArguments, check_reference};
-use crate::backend::Cpu;
+use crate::backend::{Backend, Cpu};
 use crate::engine::Stepper;
 use crate::plan::{Field, FieldSet};
 use crate::reference;
@@ -22,6 +23,8 @@ pub struct ExportArguments {
     /// What computes it; `reference` is the slow sum in f64.
     #[arg(long, value_enum, default_value_t = ExportBackend::Cpu)]
     backend: ExportBackend,
+    #[command(flatten)]
+    gpu: GpuArguments,
     /// File to write.
     #[arg(long)]
     out: PathBuf,
@@ -30,6 +33,7 @@ pub struct ExportArguments {
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum ExportBackend {
     Cpu,
+    Gpu,
     Reference,
 }
 
@@ -44,7 +48,8 @@ pub fn run(arguments: &ExportArguments) -> Result<()> {
     let (scene, tick) = arguments.moment.load()?;
     let timeline = Timeline::new(&scene);
     let cascades = match arguments.backend {
-        ExportBackend::Cpu => by_cpu(&timeline, tick)?,
+        ExportBackend::Cpu => by(Box::new(Cpu::new(None)), &timeline, tick)?,
+        ExportBackend::Gpu => by(arguments.gpu.open()?, &timeline, tick)?,
         ExportBackend::Reference => {
             check_reference(&scene)?;
             by_reference(&timeline, tick)
@@ -90,8 +95,8 @@ fn normal(planes: &Planes, sample: usize) -> [f32; 3] {
     across.normalize_or(glam::Vec3::Y).to_array()
 }
 
-fn by_cpu(timeline: &Timeline, tick: i64) -> Result<Vec<Planes>> {
-    let mut stepper = Stepper::new(Box::new(Cpu::new(None)), std::sync::Arc::new(timeline.clone()), 0);
+fn by(backend: Box<dyn Backend>, timeline: &Timeline, tick: i64) -> Result<Vec<Planes>> {
+    let mut stepper = Stepper::new(backend, std::sync::Arc::new(timeline.clone()), 0);
     let mut wanted = FieldSet::SPECTRAL.with(Field::Jacobian);
     if timeline.scene().effects.foam.is_some() {
         wanted = wanted.with(Field::Foam);

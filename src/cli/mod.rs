@@ -1,6 +1,7 @@
 //! The command line: one thin subcommand a file. Exit status 0 good, 1 failed, 2 bad usage.
 
 mod export;
+mod gpu;
 mod npz;
 mod plan;
 mod probe;

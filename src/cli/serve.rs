@@ -8,9 +8,11 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use tokio::net::TcpListener;
 
+use super::gpu::GpuArguments;
 use super::scene;
 use crate::control::{Begun, Epoch, Store};
-use crate::engine::{Clock, EngineSettings};
+use crate::engine::{BackendChoice, Clock, EngineSettings};
+use crate::sea::Timeline;
 use crate::server::{self, Ocean, Settings};
 
 #[derive(Debug, Args)]
@@ -25,8 +27,10 @@ pub struct ServeArguments {
     #[arg(long, env = "SWELLCAST_LISTEN", default_value = "127.0.0.1:8080")]
     listen: SocketAddr,
     /// What computes the sea
-    #[arg(long, env = "SWELLCAST_BACKEND", value_enum, default_value_t = BackendChoice::Auto)]
-    backend: BackendChoice,
+    #[arg(long, env = "SWELLCAST_BACKEND", value_enum, default_value_t = Choice::Auto)]
+    backend: Choice,
+    #[command(flatten)]
+    gpu: GpuArguments,
     /// Folder that keeps the log of changes through restarts; without it they are kept in memory
     #[arg(long, env = "SWELLCAST_DATA")]
     data: Option<PathBuf>,
@@ -39,7 +43,7 @@ pub struct ServeArguments {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum BackendChoice {
+enum Choice {
     Auto,
     Cpu,
     Gpu,
@@ -48,9 +52,6 @@ enum BackendChoice {
 pub fn run(arguments: ServeArguments) -> Result<()> {
     let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "info".into());
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
-    if arguments.backend == BackendChoice::Gpu {
-        bail!("backend is gpu, must be auto or cpu: this build has no GPU backend");
-    }
     tokio::runtime::Builder::new_multi_thread().enable_all().build()?.block_on(serve(arguments))
 }
 
@@ -61,8 +62,22 @@ async fn serve(arguments: ServeArguments) -> Result<()> {
     let (store, begun) = begin(&arguments)?;
     let (name, changes, tick) =
         (begun.scene.name.clone(), begun.changes.len(), Clock::start(begun.epoch.unix_ns).now_tick());
+    let (backend, opener) = match arguments.backend {
+        Choice::Cpu => (BackendChoice::Cpu, None),
+        Choice::Auto => (BackendChoice::Auto, arguments.gpu.opener(false)),
+        Choice::Gpu => {
+            // Here and now, so that whoever asks for what isn't there is told.
+            arguments.gpu.open()?.load(&Timeline::new(&begun.scene).at(tick))?;
+            (BackendChoice::Gpu, arguments.gpu.opener(true))
+        }
+    };
     let settings = Settings {
-        engine: EngineSettings { threads: arguments.threads.map(usize::from), ..EngineSettings::default() },
+        engine: EngineSettings {
+            threads: arguments.threads.map(usize::from),
+            backend,
+            opener,
+            ..EngineSettings::default()
+        },
         allowed_origins: arguments.allow_origin,
         ..Settings::default()
     };

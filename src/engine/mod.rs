@@ -1,6 +1,7 @@
 //! Runs the sea: a thread that steps the backend on the integer tick and publishes frames ahead of time. No tokio.
 
 mod answer;
+mod backends;
 mod clock;
 mod cost;
 mod direct;
@@ -11,8 +12,10 @@ mod run;
 mod sample;
 mod schedule;
 mod step;
+mod trial;
 
 pub use answer::{ProbeAnswer, ProbeFields};
+pub use backends::{BackendChoice, Opener};
 pub use clock::Clock;
 pub use cost::{EffectCost, StepTime, demand_cost, effect_costs};
 pub use point_feed::{PointsMessage, PointsWish, fields_of_points};
@@ -20,3 +23,4 @@ pub use probe::{ProbeError, ProbeMethod, Probed, Prober};
 pub use run::{Counters, Engine, EngineSettings};
 pub use schedule::{interval_of_rate, lead_ticks};
 pub use step::{Batch, Stepper, Work};
+pub use trial::Trial;

@@ -5,11 +5,12 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use super::backends::{BackendChoice, Backends, Opener};
 use super::clock::Clock;
 use super::point_feed::PointsWish;
 use super::schedule::{lead_ticks, next_tick};
 use super::step::{Batch, Stepper, Work};
-use crate::backend::{Backend, BackendError, Cpu};
+use crate::backend::BackendError;
 use crate::plan::{Demand, Lingering};
 use crate::sea::Timeline;
 use crate::wire::SLOWEST_INTERVAL;
@@ -26,11 +27,15 @@ pub struct EngineSettings {
     pub threads: Option<usize>,
     /// Most units that are made, those included that nobody wants any more.
     pub most_units: usize,
+    /// What computes.
+    pub backend: BackendChoice,
+    /// How the backend is opened that is not the CPU; without one the CPU computes.
+    pub opener: Option<Opener>,
 }
 
 impl Default for EngineSettings {
     fn default() -> Self {
-        Self { threads: None, most_units: 64 }
+        Self { threads: None, most_units: 64, backend: BackendChoice::default(), opener: None }
     }
 }
 
@@ -57,6 +62,12 @@ pub struct Counters {
     pub tick: Option<i64>,
     /// Name of the backend.
     pub backend: &'static str,
+    /// Times that another backend took over.
+    pub backend_changes: u64,
+    /// Times that one was lost.
+    pub backend_losses: u64,
+    /// Why the CPU computes where something else was asked for.
+    pub backend_note: Option<String>,
 }
 
 /// Where frames go.
@@ -105,8 +116,8 @@ impl Engine {
         settings: EngineSettings,
         publish: Publish,
     ) -> Self {
-        let backend: Box<dyn Backend> = Box::new(Cpu::new(settings.threads));
-        let stepper = Stepper::new(backend, timeline, epoch);
+        let backends = Backends::new(settings.backend, settings.threads, settings.opener, clock);
+        let stepper = Stepper::new(backends.cpu(), Arc::clone(&timeline), epoch);
         let counters = Counters { backend: stepper.backend(), ..Counters::default() };
         let shared = Arc::new(Shared {
             inbox: Mutex::default(),
@@ -122,6 +133,8 @@ impl Engine {
             Loop {
                 shared: &of_thread,
                 stepper,
+                backends,
+                timeline,
                 clock,
                 publish,
                 lingering: Lingering::new(settings.most_units),
@@ -201,6 +214,8 @@ impl Drop for Alive<'_> {
 struct Loop<'a> {
     shared: &'a Shared,
     stepper: Stepper,
+    backends: Backends,
+    timeline: Arc<Timeline>,
     clock: Clock,
     publish: Publish,
     lingering: Lingering,
@@ -219,13 +234,14 @@ impl Loop<'_> {
             if !self.take_news() {
                 break;
             }
+            self.settle_backend();
             self.settle_demand();
             let Some(interval) = self.demand.values().copied().chain(self.of_points).min() else {
                 self.last = None;
                 self.rest(Duration::from_secs(1));
                 continue;
             };
-            let lead = lead_ticks(SLOWEST_INTERVAL);
+            let (last, lead) = (self.last, lead_ticks(SLOWEST_INTERVAL));
             let due = self.clock.now_tick() + lead;
             let (tick, skipped) = next_tick(self.last, due, interval);
             let done = if tick >= hold {
@@ -240,11 +256,19 @@ impl Loop<'_> {
                     }
                 })
             };
-            if let Err(error) = done {
-                tracing::error!(%error, "backend");
-                lock(&self.shared.counters).backend_errors += 1;
-                self.stepper.forget();
-                self.rest(AFTER_ERROR);
+            match done {
+                Ok(()) => {}
+                Err(error @ BackendError::DeviceLost(_)) => {
+                    self.replace_lost(&error);
+                    // The same tick again, so that it is not missed.
+                    self.last = last;
+                }
+                Err(error) => {
+                    tracing::error!(%error, "backend");
+                    lock(&self.shared.counters).backend_errors += 1;
+                    self.stepper.forget();
+                    self.rest(AFTER_ERROR);
+                }
             }
         }
     }
@@ -273,6 +297,33 @@ impl Loop<'_> {
         Ok(())
     }
 
+    /// Moves to the other backend when that one is there.
+    fn settle_backend(&mut self) {
+        if let Some(backend) = self.backends.arrived(&self.timeline) {
+            self.stepper.replace_backend(backend);
+            lock(&self.shared.counters).backend_changes += 1;
+        }
+        self.tell_backend();
+    }
+
+    fn replace_lost(&mut self, error: &BackendError) {
+        tracing::error!(%error, "backend");
+        let cpu = self.backends.lost(error);
+        self.stepper.replace_backend(cpu);
+        {
+            let mut counters = lock(&self.shared.counters);
+            counters.backend_errors += 1;
+            counters.backend_losses += 1;
+            counters.backend_changes += 1;
+        }
+        self.tell_backend();
+    }
+
+    fn tell_backend(&self) {
+        let mut counters = lock(&self.shared.counters);
+        (counters.backend, counters.backend_note) = (self.stepper.backend(), self.backends.note());
+    }
+
     /// Takes what the engine was told; false to stop.
     fn take_news(&mut self) -> bool {
         let version = self.shared.version.load(SeqCst);
@@ -282,6 +333,7 @@ impl Loop<'_> {
         self.seen = version;
         let Inbox { timeline, demand, points, stop } = std::mem::take(&mut *lock(&self.shared.inbox));
         if let Some(timeline) = timeline {
+            self.timeline = Arc::clone(&timeline);
             self.stepper.set_timeline(timeline);
         }
         if let Some(demand) = demand {

@@ -27,6 +27,8 @@ pub struct Batch {
     pub frames: Vec<(UnitName, Bytes)>,
     /// One for each client whose points are due.
     pub points: Vec<PointsMessage>,
+    /// Name of the backend that made it.
+    pub backend: &'static str,
     /// Units and messages that were not made, because they held a value that is not finite.
     pub refused: u64,
     /// What it took.
@@ -114,6 +116,12 @@ impl Stepper {
     pub fn forget(&mut self) {
         self.loaded = None;
         self.foam.values_mut().for_each(FoamTrack::forget);
+    }
+
+    /// Takes another backend, which holds nothing yet.
+    pub fn replace_backend(&mut self, backend: Box<dyn Backend>) {
+        self.backend = backend;
+        self.forget();
     }
 
     /// Keeps foam's memory where somebody wants foam, and lets it go elsewhere.
@@ -243,6 +251,7 @@ impl Stepper {
         }
         let mut done = std::mem::take(&mut self.work);
         done += Work::of(&plan, timeline.layout());
+        let backend = self.backend.name();
         let surface = self.backend.step(tick, &plan)?;
         let stamp = Stamp {
             tick: surface.tick,
@@ -265,7 +274,7 @@ impl Stepper {
         let told = points.len();
         let points: Vec<PointsMessage> = points.into_iter().flatten().collect();
         let (refused, frames) = ((told - points.len()) as u64, Vec::with_capacity(encoded.len()));
-        let mut batch = Batch { tick: surface.tick, frames, points, refused, work: done };
+        let mut batch = Batch { tick: surface.tick, frames, points, backend, refused, work: done };
         for (unit, frames) in encoded {
             match frames {
                 Ok(frames) => batch.frames.extend(frames.into_iter().map(|frame| (unit, frame))),

@@ -225,7 +225,10 @@ async fn time(State(ocean): Served) -> Response {
 
 async fn readyz(State(ocean): Served) -> Result<Response, Problem> {
     if ocean.is_ready() {
-        return Ok(text("ready\n"));
+        let engine = ocean.counters();
+        let note = engine.backend_note.map(|note| format!("; {note}")).unwrap_or_default();
+        let body = format!("ready: {}{note}\n", engine.backend);
+        return Ok(([(header::CACHE_CONTROL, "no-store")], body).into_response());
     }
     let detail = "the engine has stopped: no frames are made";
     Err(Problem::new(StatusCode::SERVICE_UNAVAILABLE, "not-ready", "Not ready", detail))

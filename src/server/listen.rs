@@ -63,8 +63,11 @@ async fn count_seconds(ocean: &Arc<Ocean>) {
     let mut seconds = interval(Duration::from_secs(1));
     seconds.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
-        seconds.tick().await;
-        ocean.bulletin.beat();
+        // A change of backend is told at once.
+        tokio::select! {
+            _ = seconds.tick() => ocean.bulletin.beat(),
+            () = ocean.backend_changed.notified() => {}
+        }
         ocean.refresh_status().await;
         ocean.note_time().await;
         ocean.retire().await;

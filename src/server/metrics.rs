@@ -85,6 +85,10 @@ pub fn page(ocean: &Ocean) -> String {
         engine.refused_frames as f64,
     );
     put("backend_errors_total", "counter", "Errors of the backend.", "", engine.backend_errors as f64);
+    put("backend_changes_total", "counter", "Another backend took over.", "", engine.backend_changes as f64);
+    put("backend_losses_total", "counter", "Backends that were lost.", "", engine.backend_losses as f64);
+    let gpu = f64::from(u8::from(engine.backend == "gpu"));
+    put("gpu_computes", "gauge", "1 while the GPU computes.", "", gpu);
     put("probes_total", "counter", "Requests of points that were answered.", "", count(&counts.probes));
     put("probe_points_total", "counter", "Points of those.", "", count(&counts.probe_points));
     put("probe_transforms_total", "counter", "Transforms made for them.", "", count(&counts.probe_transforms));

@@ -41,6 +41,8 @@ pub struct Ocean {
     pub(super) costs: Costs,
     pub(super) probes: Probes,
     pub(super) points: Arc<PointsBoard>,
+    /// Told when frames come of another backend than before.
+    pub(super) backend_changed: Arc<tokio::sync::Notify>,
     /// Changes are decided one at a time.
     pub(super) gate: tokio::sync::Mutex<Gate>,
     current: RwLock<Current>,
@@ -103,7 +105,12 @@ impl Ocean {
         let (ring, bulletin) = (Arc::new(Ring::new(settings.ring_bytes)), Arc::new(Bulletin::new()));
         let points = Arc::new(PointsBoard::new(settings.live_points));
         let (to_ring, to_board, to_all) = (Arc::clone(&ring), Arc::clone(&points), Arc::clone(&bulletin));
+        let (backend_changed, mut backend) = (Arc::new(tokio::sync::Notify::new()), "cpu");
+        let to_pulse = Arc::clone(&backend_changed);
         let publish = Box::new(move |mut batch: Batch| {
+            if std::mem::replace(&mut backend, batch.backend) != batch.backend {
+                to_pulse.notify_one();
+            }
             to_board.post(std::mem::take(&mut batch.points));
             to_ring.push(batch);
             to_all.wake();
@@ -128,6 +135,7 @@ impl Ocean {
             costs: Costs::default(),
             probes: Probes::default(),
             points,
+            backend_changed,
             gate: tokio::sync::Mutex::new(Gate::new(changes, build_us, tick)),
             current: RwLock::new(Current { sequence, timeline }),
             status: RwLock::new(status),

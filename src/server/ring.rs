@@ -132,6 +132,7 @@ mod tests {
             tick,
             frames: vec![(UNIT, frame.clone()), (UNIT, frame)],
             points: Vec::new(),
+            backend: "cpu",
             refused: 0,
             work: Work::default(),
         });

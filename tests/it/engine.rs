@@ -31,8 +31,13 @@ fn a_held_engine_makes_no_tick_that_a_change_would_alter() {
         to.lock().unwrap().push(batch);
         *count.lock().unwrap() += 1;
     });
-    let engine =
-        Engine::start(Arc::clone(&timeline), clock, 1, EngineSettings { threads: Some(1), most_units: 64 }, publish);
+    let engine = Engine::start(
+        Arc::clone(&timeline),
+        clock,
+        1,
+        EngineSettings { threads: Some(1), ..EngineSettings::default() },
+        publish,
+    );
     let unit = UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group: Group::Slopes };
     engine.set_demand(Demand::from([(unit, 120)]));
     wait("frames", || *published.lock().unwrap() > 3);

@@ -1,6 +1,7 @@
 //! One integration binary; each module says which laws it holds.
 
 mod api;
+mod backends;
 mod changes;
 mod client;
 mod control;
