@@ -75,7 +75,11 @@ bench *args:
 effects:
     cargo bench --bench demand -- --write
 
-# Write docs/performance.md anew: the step beside the bare transforms of FFTW; needs libfftw3-dev.
+# Write the GPU's part of docs/performance.md anew: the step by pass, beside the bytes that it must move.
+bench-gpu:
+    cargo bench --bench step_gpu -- --write
+
+# Write the CPU's part of docs/performance.md anew: the step beside the bare transforms of FFTW; needs libfftw3-dev.
 peers rounds="60":
     CARGO_TARGET_DIR=target/peers cargo run --release --manifest-path benches/peers/Cargo.toml --bin fftw -- {{rounds}} docs/performance.md
 

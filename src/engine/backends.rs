@@ -90,6 +90,11 @@ impl Backends {
         Box::new(Cpu::new(self.threads))
     }
 
+    /// Whether the other backend computes.
+    pub fn other_computes(&self) -> bool {
+        self.since.is_some()
+    }
+
     /// Why the CPU computes where something else was asked for.
     pub fn note(&self) -> Option<String> {
         self.note.clone()
@@ -132,7 +137,10 @@ impl Backends {
         if self.since.take().is_some_and(|since| now - since >= PROVEN_US) {
             self.pause_us = PAUSES_US[0];
         }
-        self.later(&error.to_string(), now);
+        match error {
+            BackendError::Unsupported(_) => self.note = Some(error.to_string()),
+            _ => self.later(&error.to_string(), now),
+        }
         self.cpu()
     }
 

@@ -3,8 +3,9 @@
 use serde::Serialize;
 
 use super::clock::Clock;
+use super::step::counted;
 use crate::backend::{Backend, BackendError};
-use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, levels_of};
+use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, Wanted, levels_of};
 use crate::scene::{Effects, Normals};
 use crate::sea::{CascadeModes, Timeline};
 use crate::wire::Group;
@@ -122,13 +123,16 @@ pub fn demand_cost(
     tick: i64,
     clock: &Clock,
 ) -> Result<StepTime, BackendError> {
+    // Counts are looked at, as they are of frames that are sent.
     let work = FoamWork { restart: false, decay: 0.9, growth: 0.5, advance: true, breaks: true };
     let (scene, sea) = (timeline.scene(), timeline.at(tick));
     let cascade = |modes: &CascadeModes| {
         let (number, work) = (modes.cascade.index, FoamWork { breaks: modes.breaks(), ..work });
         let units = demand.keys().filter(move |unit| unit.cascade == number);
         let foamy = scene.effects.foam.is_some() && units.clone().any(|unit| unit.group == Group::Foam);
-        CascadePlan::new(levels_of(units), foamy.then_some(work), &scene.effects).by(scene.model)
+        let counts = units.clone().flat_map(|unit| counted(*unit, 1.0)).collect();
+        let wanted = Wanted { counts, samples: FieldSet::NONE };
+        CascadePlan::new(levels_of(units), foamy.then_some(work), &scene.effects).by(scene.model).leaving(wanted)
     };
     let plan = Plan { cascades: sea.cascades.iter().map(cascade).collect() };
     backend.load(&sea)?;

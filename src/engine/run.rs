@@ -241,7 +241,7 @@ impl Loop<'_> {
                 self.rest(Duration::from_secs(1));
                 continue;
             };
-            let (last, lead) = (self.last, lead_ticks(SLOWEST_INTERVAL));
+            let lead = lead_ticks(SLOWEST_INTERVAL);
             let due = self.clock.now_tick() + lead;
             let (tick, skipped) = next_tick(self.last, due, interval);
             let done = if tick >= hold {
@@ -256,19 +256,8 @@ impl Loop<'_> {
                     }
                 })
             };
-            match done {
-                Ok(()) => {}
-                Err(error @ BackendError::DeviceLost(_)) => {
-                    self.replace_lost(&error);
-                    // The same tick again, so that it is not missed.
-                    self.last = last;
-                }
-                Err(error) => {
-                    tracing::error!(%error, "backend");
-                    lock(&self.shared.counters).backend_errors += 1;
-                    self.stepper.forget();
-                    self.rest(AFTER_ERROR);
-                }
+            if let Err(error) = done {
+                self.recover(&error);
             }
         }
     }
@@ -277,7 +266,15 @@ impl Loop<'_> {
         let started = self.clock.now_us();
         // Also after an error: the next attempt is the next tick.
         self.last = Some(tick);
-        let batch = self.stepper.frames(tick, &self.demand)?;
+        let mut made = self.stepper.frames(tick, &self.demand);
+        if let Err(error) = &made
+            && self.backends.other_computes()
+        {
+            // The same tick again, by the CPU, so that it is not missed.
+            self.recover(error);
+            made = self.stepper.frames(tick, &self.demand);
+        }
+        let batch = made?;
         let ms = (self.clock.now_us() - started) as f64 / 1e3;
         {
             let mut counters = lock(&self.shared.counters);
@@ -306,13 +303,20 @@ impl Loop<'_> {
         self.tell_backend();
     }
 
-    fn replace_lost(&mut self, error: &BackendError) {
-        tracing::error!(%error, "backend");
+    /// After an error: the CPU takes the place of another backend, whatever that failed with; the CPU itself is given a
+    /// moment, and begins anew.
+    fn recover(&mut self, error: &BackendError) {
+        tracing::error!(%error, backend = self.stepper.backend(), "backend");
+        lock(&self.shared.counters).backend_errors += 1;
+        if !self.backends.other_computes() {
+            self.stepper.forget();
+            self.rest(AFTER_ERROR);
+            return;
+        }
         let cpu = self.backends.lost(error);
         self.stepper.replace_backend(cpu);
         {
             let mut counters = lock(&self.shared.counters);
-            counters.backend_errors += 1;
             counters.backend_losses += 1;
             counters.backend_changes += 1;
         }

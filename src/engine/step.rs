@@ -315,7 +315,7 @@ impl Stepper {
 }
 
 /// The channels of a unit as they go on the wire.
-fn counted(unit: UnitName, foam_left: f32) -> impl Iterator<Item = Counted> {
+pub(super) fn counted(unit: UnitName, foam_left: f32) -> impl Iterator<Item = Counted> {
     let (level, step) = (unit.level, quantiser_step(unit.class, unit.group));
     let share = if unit.group == Group::Foam { foam_left } else { 1.0 };
     fields_of(unit.group).iter().map(move |field| Counted { level, field: *field, step, share })

@@ -82,6 +82,11 @@ fn everything(timeline: &Timeline) -> Demand {
 /// The largest errors of a surface against another; a value that is no number is infinitely wrong.
 fn errors(got: &Surface, want: &Surface, hs: f64) -> [f64; 2] {
     let mut worst = [0.0_f64; 2];
+    let whole = |field: Field| {
+        let planes = want.cascades.iter().filter_map(|cascade| cascade.plane(field));
+        let square = |plane: &[f32]| plane.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>() / plane.len() as f64;
+        planes.map(square).sum::<f64>().sqrt()
+    };
     for (got, want) in got.cascades.iter().zip(&want.cascades) {
         for field in Field::SPECTRAL {
             let (Some(got), Some(want)) = (got.plane(field), want.plane(field)) else { return [f64::INFINITY; 2] };
@@ -89,7 +94,8 @@ fn errors(got: &Surface, want: &Surface, hs: f64) -> [f64; 2] {
                 |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>() / want.len() as f64;
             let scale = match field {
                 Field::Height | Field::Dx | Field::Dz => hs,
-                _ => mean_square(&mut want.iter().map(|v| f64::from(*v))).sqrt(),
+                // A thousandth of the whole sea's is enough where a cascade holds next to nothing.
+                _ => mean_square(&mut want.iter().map(|v| f64::from(*v))).sqrt().max(1e-3 * whole(field)),
             };
             let off = || got.iter().zip(want).map(|(got, want)| f64::from(got - want) / scale.max(f64::MIN_POSITIVE));
             let most = off().fold(0.0, |most: f64, e| if e.is_nan() { f64::INFINITY } else { most.max(e.abs()) });

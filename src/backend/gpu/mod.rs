@@ -29,7 +29,7 @@ use compose::{Composer, buffer, storage, uniform_buffer};
 use device::Device;
 use kernels::{Kernel, Kernels};
 use outlet::Outlet;
-use readback::{Piece, Ring};
+use readback::{Piece, Ring, Times};
 
 pub use settings::{GpuError, GpuSettings, Storage};
 pub use traffic::{Traffic, traffic};
@@ -56,7 +56,7 @@ pub struct Gpu {
     timer: Option<(QuerySet, Buffer)>,
     /// Turn of the last step, for taps.
     turn: u32,
-    times: Vec<(Kernel, u64)>,
+    times: Times,
 }
 
 impl Gpu {
@@ -169,11 +169,11 @@ impl Gpu {
         let used = composer.used();
         let timer = self.timer.as_ref().filter(|_| !used.is_empty());
         composer.record(&mut encoder, timer.map(|(queries, _)| queries));
-        if let Some((queries, _)) = timer {
+        if let Some((queries, times)) = timer {
             leaving.words = times_at + 4 * used.len();
             leaving.pieces.push(Piece::Times { at: times_at, kernels: used.clone() });
             let count = 2 * used.len() as u32;
-            encoder.resolve_query_set(queries, 0..count, &timer.expect("it is there").1, 0);
+            encoder.resolve_query_set(queries, 0..count, times, 0);
         }
         let staging = self.ring.staging(&self.device, leaving.words);
         if let Some(staging) = &staging {

@@ -37,6 +37,9 @@ struct Pending {
     submitted: SubmissionIndex,
 }
 
+/// How long each kernel of a frame took, in ticks of the device's clock.
+pub type Times = Vec<(Kernel, u64)>;
+
 /// Frames on their way, oldest first.
 #[derive(Default)]
 pub struct Ring {
@@ -91,11 +94,7 @@ impl Ring {
 
     /// Waits for the oldest frame and puts it on a surface; its times, where it has any, come back. Nothing when none is
     /// on its way.
-    pub fn collect(
-        &mut self,
-        device: &Device,
-        surface: &mut Surface,
-    ) -> Option<Result<Vec<(Kernel, u64)>, BackendError>> {
+    pub fn collect(&mut self, device: &Device, surface: &mut Surface) -> Option<Result<Times, BackendError>> {
         let pending = self.pending.pop_front()?;
         let (staging, result) = unpack(device, pending, surface);
         if let Some(buffer) = staging {
@@ -111,11 +110,7 @@ impl Ring {
     }
 }
 
-fn unpack(
-    device: &Device,
-    pending: Pending,
-    surface: &mut Surface,
-) -> (Option<Buffer>, Result<Vec<(Kernel, u64)>, BackendError>) {
+fn unpack(device: &Device, pending: Pending, surface: &mut Surface) -> (Option<Buffer>, Result<Times, BackendError>) {
     let Pending { tick, frame, staging, words, pieces, mapped, submitted } = pending;
     if let Err(error) = device.wait(submitted) {
         return (None, Err(error));
