@@ -11,7 +11,8 @@ pub struct GpuArguments {
     /// Part of the GPU's name, or its number; a software renderer is only taken by `auto` when it is named
     #[arg(long = "gpu", value_name = "NAME", env = "SWELLCAST_GPU")]
     name: Option<String>,
-    /// Numbers that the GPU keeps between the passes of a transform: f16 halves their traffic, and errs by a thousandth
+    /// Numbers that the GPU keeps between the passes of a transform: f16 halves their traffic, errs by a
+    /// thousandth, and is therefore not taken by `auto`
     #[arg(long = "gpu-storage", env = "SWELLCAST_GPU_STORAGE", value_enum, default_value_t = StorageChoice::F32)]
     storage: StorageChoice,
 }

@@ -1,5 +1,6 @@
 //! The step thread: waits for the next tick that is due, makes it, and warms foam in the time between.
 
+use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering::Relaxed, Ordering::SeqCst};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -297,7 +298,7 @@ impl Loop<'_> {
     /// Moves to the other backend when that one is there.
     fn settle_backend(&mut self) {
         if let Some(backend) = self.backends.arrived(&self.timeline) {
-            self.stepper.replace_backend(backend);
+            drop(self.stepper.replace_backend(backend));
             lock(&self.shared.counters).backend_changes += 1;
         }
         self.tell_backend();
@@ -314,7 +315,10 @@ impl Loop<'_> {
             return;
         }
         let cpu = self.backends.lost(error);
-        self.stepper.replace_backend(cpu);
+        let lost = ManuallyDrop::new(self.stepper.replace_backend(cpu));
+        // A device that hangs may never let go: not on this thread. Where there is no other, its memory stays.
+        let let_go = move || drop(ManuallyDrop::into_inner(lost));
+        drop(std::thread::Builder::new().name("swellcast-let-go".to_owned()).spawn(let_go));
         {
             let mut counters = lock(&self.shared.counters);
             counters.backend_losses += 1;

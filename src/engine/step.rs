@@ -118,10 +118,10 @@ impl Stepper {
         self.foam.values_mut().for_each(FoamTrack::forget);
     }
 
-    /// Takes another backend, which holds nothing yet.
-    pub fn replace_backend(&mut self, backend: Box<dyn Backend>) {
-        self.backend = backend;
+    /// Takes another backend, which holds nothing yet, and gives back the one before.
+    pub fn replace_backend(&mut self, backend: Box<dyn Backend>) -> Box<dyn Backend> {
         self.forget();
+        std::mem::replace(&mut self.backend, backend)
     }
 
     /// Keeps foam's memory where somebody wants foam, and lets it go elsewhere.

@@ -67,11 +67,13 @@ fn encode_tile(unit: UnitName, n: usize, planes: &[Plane], stamp: Stamp, tile: T
         for (row, counts) in counts.chunks_exact_mut(tile.side * 2).enumerate() {
             found = found.and(match (*plane, unit.group, stride) {
                 (Plane::Counts(made, found), ..) => {
-                    for (bytes, count) in counts.as_chunks_mut::<2>().0.iter_mut().zip(row_of(made, level_n, tile, row))
-                    {
+                    let row = row_of(made, level_n, tile, row);
+                    for (bytes, count) in counts.as_chunks_mut::<2>().0.iter_mut().zip(row) {
                         *bytes = count.to_le_bytes();
                     }
-                    found
+                    // Found of the whole plane, told of the tiles that hold the largest count.
+                    let clamped = found.saturated && row.iter().any(|count| count.unsigned_abs() == 32767);
+                    Found { saturated: clamped, ..found }
                 }
                 (Plane::Samples(plane), Group::Foam, 2..) => {
                     quantise(averages(plane, n, stride, tile, row), step, counts)

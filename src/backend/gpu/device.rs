@@ -1,5 +1,6 @@
 //! Chooses an adapter, says why, and opens a device that reports what goes wrong with it.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -71,8 +72,11 @@ impl Device {
 
     /// Waits until the device has done so much.
     pub fn wait(&self, until: SubmissionIndex) -> Result<(), BackendError> {
-        let done = self.device.poll(PollType::Wait { submission_index: Some(until), timeout: Some(PATIENCE) });
+        let wait = PollType::Wait { submission_index: Some(until), timeout: Some(PATIENCE) };
+        // A driver that reports the loss while it is waited for makes wgpu panic.
+        let done = catch_unwind(AssertUnwindSafe(|| self.device.poll(wait)));
         self.check()?;
+        let done = done.map_err(|_| BackendError::DeviceLost("it was lost while it was waited for".to_owned()))?;
         done.map(drop).map_err(|error| BackendError::DeviceLost(error.to_string()))
     }
 }

@@ -29,7 +29,7 @@ use compose::{Composer, buffer, storage, uniform_buffer};
 use device::Device;
 use kernels::{Kernel, Kernels};
 use outlet::Outlet;
-use readback::{Piece, Ring, Times};
+use readback::{Piece, Ring, Times, clear};
 
 pub use settings::{GpuError, GpuSettings, Storage};
 pub use traffic::{Traffic, traffic};
@@ -103,7 +103,7 @@ impl Gpu {
         &uniforms::SHARED
     }
 
-    /// Destroys the device as a driver's reset would: for tests and drills.
+    /// Destroys the device, so that all further work of it fails: for tests and drills.
     pub fn lose(&self) {
         self.device.device.destroy();
     }
@@ -161,7 +161,7 @@ impl Gpu {
         for (cascade, plan) in self.cascades.iter_mut().zip(&plan.cascades) {
             cascade.compose(&mut composer, self.turn, plan);
         }
-        let mut leaving = self.outlet.compose(&mut composer, &self.cascades, &plan.cascades);
+        let mut leaving = self.outlet.compose(&mut composer, &self.cascades, &plan.cascades)?;
         let mut encoder = self.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         encoder.clear_buffer(self.outlet.found(), 0, None);
         // Times lie on a place of eight bytes.
@@ -273,6 +273,10 @@ impl Backend for Gpu {
         let looked_at = plan.cascades.iter().any(|plan| plan.wanted.as_ref().is_none_or(|wanted| !wanted.is_empty()));
         while self.ring.len() > usize::from(!looked_at) * MOST_SUBMITTED {
             self.collect()?;
+        }
+        if !looked_at {
+            clear(&mut self.surface);
+            self.surface.tick = tick;
         }
         Ok(&self.surface)
     }

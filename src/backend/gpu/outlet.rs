@@ -12,12 +12,16 @@ use super::kernels::Kernel;
 use super::level::HEADER_WORDS;
 use super::readback::Piece;
 use super::uniforms::Quantise;
+use crate::backend::BackendError;
 use crate::plan::{CascadePlan, Counted, Field, FieldSet};
 
 /// Jobs begin at multiples of so many, where a binding may begin.
 const JOBS_ALIGNED: usize = 8;
 /// Most jobs of one frame that room is made for at first.
 const JOBS: u64 = 1024;
+
+/// Room for the times of a frame.
+const TIMES: u64 = 256;
 
 /// Buffers that quantising fills; they grow with what is wanted.
 pub struct Outlet {
@@ -71,7 +75,12 @@ impl Outlet {
     }
 
     /// Adds quantising of what is wanted to a frame, and lists all that leaves.
-    pub fn compose(&mut self, composer: &mut Composer, cascades: &[CascadeBuffers], plans: &[CascadePlan]) -> Leaving {
+    pub fn compose(
+        &mut self,
+        composer: &mut Composer,
+        cascades: &[CascadeBuffers],
+        plans: &[CascadePlan],
+    ) -> Result<Leaving, BackendError> {
         let mut leaving = Leaving::default();
         let mut sources: BTreeSet<(usize, u8, Source)> = BTreeSet::new();
         let mut jobs: BTreeMap<(usize, u8, Source), Vec<Quantise>> = BTreeMap::new();
@@ -116,6 +125,19 @@ impl Outlet {
                 words += side * side / 2;
             }
         }
+        // Names first, so that nothing is read of a frame that was not made.
+        for (cascade, level, source) in sources {
+            if let Some(buffer) = cascades[cascade].buffer(level, source) {
+                let at = leaving.add(buffer, 0, 1);
+                leaving.pieces.insert(0, Piece::Header { at });
+            }
+        }
+        let limits = composer.device.device.limits();
+        let all = leaving.words + words + counts.len();
+        if all as u64 * 4 + TIMES > limits.max_buffer_size || words as u64 * 4 > limits.max_storage_buffer_binding_size
+        {
+            return Err(BackendError::Unsupported("more is wanted of a frame than the device holds at a time"));
+        }
         if !counts.is_empty() {
             self.quantise(composer, cascades, &jobs, words, counts.len());
             let (at, found) = (leaving.add(&self.counts, 0, words), leaving.add(&self.found, 0, counts.len()));
@@ -128,14 +150,7 @@ impl Outlet {
             };
             leaving.pieces.extend(counts.into_iter().enumerate().map(piece));
         }
-        // Names first, so that nothing is read of a frame that was not made.
-        for (cascade, level, source) in sources {
-            if let Some(buffer) = cascades[cascade].buffer(level, source) {
-                let at = leaving.add(buffer, 0, 1);
-                leaving.pieces.insert(0, Piece::Header { at });
-            }
-        }
-        leaving
+        Ok(leaving)
     }
 
     fn quantise(
@@ -149,7 +164,8 @@ impl Outlet {
         let device = composer.device;
         let grown = |buffer: &mut Buffer, label: &str, bytes: usize| {
             if buffer.size() < bytes as u64 {
-                *buffer = storage(device, label, (bytes as u64).next_power_of_two());
+                let most = device.device.limits().max_storage_buffer_binding_size;
+                *buffer = storage(device, label, (bytes as u64).next_power_of_two().min(most));
             }
         };
         let places: usize = jobs.values().map(|jobs| jobs.len().next_multiple_of(JOBS_ALIGNED)).sum();

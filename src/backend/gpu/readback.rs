@@ -11,6 +11,8 @@ use crate::backend::{BackendError, Counts, Surface};
 use crate::pass::quantise::Found;
 use crate::plan::{Counted, Field};
 
+/// What quantising leaves beside counts that it made.
+const DONE: u32 = 4;
 /// Staging buffers that are kept for later frames.
 const KEPT: usize = 4;
 
@@ -57,11 +59,12 @@ impl Ring {
         if let Some(at) = self.free.iter().position(|buffer| buffer.size() >= bytes) {
             return Some(self.free.swap_remove(at));
         }
-        // A larger one takes the place of a smaller one.
+        // The smallest makes room.
+        self.free.sort_by_key(|buffer| std::cmp::Reverse(buffer.size()));
         self.free.truncate(KEPT - 1);
         Some(device.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("staging"),
-            size: bytes.next_power_of_two(),
+            size: bytes.next_power_of_two().min(device.device.limits().max_buffer_size),
             usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         }))
@@ -142,6 +145,9 @@ fn unpack(device: &Device, pending: Pending, surface: &mut Surface) -> (Option<B
                     }
                 }
                 Piece::Counts { cascade, of, at, count, found } => {
+                    if word(found) & DONE == 0 {
+                        return (None, Err(lost("counts were not made")));
+                    }
                     let values = view[at * 4..at * 4 + count * 2].as_chunks::<2>().0;
                     let values = values.iter().map(|bytes| i16::from_le_bytes(*bytes)).collect();
                     let found = Found { saturated: word(found) & 1 != 0, not_finite: word(found) & 2 != 0 };
@@ -164,7 +170,7 @@ fn unpack(device: &Device, pending: Pending, surface: &mut Surface) -> (Option<B
 }
 
 /// Empties a surface; its memory waits for the next frame.
-fn clear(surface: &mut Surface) {
+pub fn clear(surface: &mut Surface) {
     for cascade in &mut surface.cascades {
         cascade.counts.clear();
         cascade.levels.iter_mut().flatten().for_each(Vec::clear);

@@ -1,7 +1,7 @@
 // From the height of a mode to the spectra of other fields, twin of pass/operator.rs: D = i (k / |k|) h, slopes are
 // i k h, derivatives i k D. Two fields a and b share a transform as a + i b.
 
-// Kinds of packing, in the order of kernels.rs.
+// Kinds of packing, as `kind` in bundle.rs numbers them.
 const HEIGHT: u32 = 0u;
 const SIDEWAYS: u32 = 1u;
 const SLOPES: u32 = 2u;

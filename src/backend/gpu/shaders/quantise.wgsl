@@ -4,6 +4,7 @@
 const HEADER: u32 = 64u;
 const WIDE: u32 = 1u;
 const ODD: u32 = 2u;
+const DONE: u32 = 4u;
 
 struct Quantise {
     // The plane, and samples a side of it.
@@ -67,7 +68,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     }
     let x = (2u * pair) % side;
     let z = (2u * pair) / side;
-    var seen = 0u;
+    var seen = select(0u, DONE, pair == 0u);
     let low = count(job, x, z, &seen);
     let high = count(job, x + 1u, z, &seen);
     counts[job.words + pair] = low | (high << 16u);
