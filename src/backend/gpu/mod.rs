@@ -103,9 +103,10 @@ impl Gpu {
         &uniforms::SHARED
     }
 
-    /// Destroys the device, so that all further work of it fails: for tests and drills.
-    pub fn lose(&self) {
-        self.device.device.destroy();
+    /// What destroys the device, from anywhere, so that all further work of it fails: for tests and drills.
+    pub fn loss(&self) -> impl Fn() + Send + Sync + use<> {
+        let device = self.device.device.clone();
+        move || device.destroy()
     }
 
     /// From now on passes are timed, where the device can: true then.

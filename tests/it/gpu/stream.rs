@@ -1,10 +1,13 @@
 //! Frames by the GPU: quantised there, one step from the CPU's at most, and what a lost device does.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use swellcast::backend::{Backend, BackendError, Cpu, Storage};
-use swellcast::engine::Stepper;
+use swellcast::engine::{BackendChoice, Batch, Clock, Engine, EngineSettings, Opener, Stepper, interval_of_rate};
+use swellcast::pass::quantise::{quantise, quantiser_step};
 use swellcast::plan::Demand;
 use swellcast::plan::Field;
 use swellcast::sea::Timeline;
@@ -91,8 +94,82 @@ fn a_device_that_is_lost_says_so_at_once() {
     gpu.load(&sea).unwrap();
     let plan = plan(&sea, &[Field::Height]);
     assert!(gpu.step(0, &plan).is_ok());
-    gpu.lose();
+    gpu.loss()();
     for tick in [240, 480] {
         assert!(matches!(gpu.step(tick, &plan), Err(BackendError::DeviceLost(_))), "tick {tick}");
+    }
+}
+
+#[test]
+fn a_device_destroyed_in_mid_stream_costs_no_tick() {
+    if gpu(Storage::F32).is_none() {
+        return;
+    }
+    let timeline = Arc::new(Timeline::new(&wind_sea(14.0, 32, &[120.0])));
+    let unit = UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group: Group::Displacement };
+    let demand = Demand::from([(unit, interval_of_rate(15))]);
+    let (tell, loss) = channel();
+    let tell = Mutex::new(tell);
+    let open = move || -> Result<Box<dyn Backend>, String> {
+        let gpu = gpu(Storage::F32).ok_or("there is none")?;
+        tell.lock().unwrap().send(Box::new(gpu.loss()) as Box<dyn Fn() + Send>).unwrap();
+        Ok(Box::new(gpu))
+    };
+    let settings = EngineSettings {
+        threads: Some(1),
+        backend: BackendChoice::Gpu,
+        opener: Some(Opener(Arc::new(open))),
+        ..EngineSettings::default()
+    };
+    let (publish, batches) = channel();
+    let publish = Mutex::new(publish);
+    let publish = Box::new(move |batch| drop(publish.lock().unwrap().send(batch)));
+    let clock = Clock::start(Clock::unix_now_ns());
+    let engine = Engine::start(Arc::clone(&timeline), clock, 1, settings, publish);
+    engine.set_demand(demand.clone());
+    let next = || batches.recv_timeout(Duration::from_secs(20)).expect("frames come");
+    while next().backend != "gpu" {}
+    loss.recv().unwrap()();
+    let mut made: Vec<Batch> = vec![next()];
+    while made.len() < 10 || made[made.len() - 1].backend != "cpu" {
+        made.push(next());
+    }
+    let interval = interval_of_rate(15);
+    let missed: i64 = made.windows(2).map(|pair| (pair[1].tick - pair[0].tick) / interval - 1).sum();
+    assert!(missed as u64 <= engine.counters().skipped_frames, "{missed} ticks are missing");
+    assert_eq!(engine.counters().backend_losses, 1);
+    // At the right tick, to the byte.
+    let by_cpu = made.iter().find(|batch| batch.backend == "cpu").unwrap();
+    let mut stepper = Stepper::new(Box::new(Cpu::new(Some(1))), timeline, 1);
+    assert!(stepper.frames(by_cpu.tick, &demand).unwrap().frames == by_cpu.frames);
+}
+
+#[test]
+fn as_few_samples_differ_as_their_difference_is_small() {
+    let Some(mut gpu) = gpu(Storage::F32) else { return };
+    let timeline = Timeline::new(&wind_sea(14.0, 256, &[300.0]));
+    let (sea, fields) = (timeline.at(0), [Field::Height, Field::Dx, Field::SlopeX, Field::Dxx]);
+    let [got, want] = super::both(&mut gpu, &sea, 7200, &plan(&sea, &fields));
+    for (field, group) in
+        fields.into_iter().zip([Group::Height, Group::Displacement, Group::Slopes, Group::Derivatives])
+    {
+        let step = quantiser_step(ErrorClass::HalfMillimetre, group);
+        let [got, want] = [&got, &want].map(|surface| surface.cascades[0].plane(field).unwrap());
+        let counts = |plane: &[f32]| {
+            let mut bytes = vec![0; 2 * plane.len()];
+            quantise(plane.iter().copied(), step, &mut bytes);
+            bytes.as_chunks::<2>().0.iter().map(|bytes| i16::from_le_bytes(*bytes)).collect::<Vec<_>>()
+        };
+        let mean = got.iter().zip(want).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / got.len() as f64;
+        let apart: Vec<i32> =
+            counts(got).iter().zip(counts(want)).map(|(a, b)| (i32::from(*a) - i32::from(b)).abs()).collect();
+        assert!(apart.iter().all(|apart| *apart <= 1), "{field:?}");
+        // A threshold lies between two values as often as they are apart; twice that, and the chance of a few samples.
+        let expected = mean / f64::from(step) * got.len() as f64;
+        let differ = apart.iter().filter(|apart| **apart > 0).count();
+        assert!(
+            differ as f64 <= 2.0 * expected + 4.0 * expected.sqrt() + 4.0,
+            "{field:?}: {differ}, not {expected:.1}"
+        );
     }
 }
