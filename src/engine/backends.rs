@@ -49,14 +49,17 @@ impl Opener {
 }
 
 /// What came of opening the other backend.
-enum Opened {
+enum Verdict {
     /// It is to compute.
-    Taken(Box<dyn Backend>),
+    Taken,
     /// It may be better later.
     Failed(String),
     /// It will be no better.
     Refused(String),
 }
+
+/// The same, with the backend where it is to compute.
+type Opened = (Verdict, Option<Box<dyn Backend>>);
 
 /// Chooses, tries, and takes back.
 pub struct Backends {
@@ -111,19 +114,20 @@ impl Backends {
         let opened = match self.opening.as_ref()?.try_recv() {
             Err(TryRecvError::Empty) => return None,
             Ok(opened) => opened,
-            Err(TryRecvError::Disconnected) => Opened::Failed("opening it panicked".to_owned()),
+            Err(TryRecvError::Disconnected) => (Verdict::Failed("opening it panicked".to_owned()), None),
         };
         self.opening = None;
-        match opened {
-            Opened::Taken(backend) => {
+        let (verdict, backend) = opened;
+        match verdict {
+            Verdict::Taken => {
                 (self.taken, self.since, self.note) = (true, Some(now), None);
-                Some(backend)
+                backend
             }
-            Opened::Failed(why) => {
+            Verdict::Failed(why) => {
                 self.later(&why, now);
                 None
             }
-            Opened::Refused(why) => {
+            Verdict::Refused(why) => {
                 tracing::info!("the CPU computes: {why}");
                 self.note = Some(why);
                 None
@@ -160,12 +164,15 @@ impl Backends {
         // One message, and nobody waits to send it.
         let (sender, receiver) = sync_channel(1);
         let work = move || {
+            let mut held = None;
             let opened = match opener() {
-                Ok(backend) => try_out(backend, choice, threads, &timeline, &clock),
-                Err(why) if again => Opened::Failed(why),
-                Err(why) => Opened::Refused(why),
+                Ok(backend) => try_out(held.insert(backend).as_mut(), choice, threads, &timeline, &clock),
+                Err(why) if again => Verdict::Failed(why),
+                Err(why) => Verdict::Refused(why),
             };
-            let _ = sender.send(opened);
+            // Told before a backend that is not taken is let go, which may take its time.
+            let taken = if let Verdict::Taken = opened { held.take() } else { None };
+            let _ = sender.send((opened, taken));
         };
         match std::thread::Builder::new().name("swellcast-opener".to_owned()).spawn(work) {
             Ok(_) => self.opening = Some(receiver),
@@ -175,26 +182,26 @@ impl Backends {
 }
 
 fn try_out(
-    mut backend: Box<dyn Backend>,
+    backend: &mut dyn Backend,
     choice: BackendChoice,
     threads: Option<usize>,
     timeline: &Timeline,
     clock: &Clock,
-) -> Opened {
+) -> Verdict {
     let name = backend.name();
-    match Trial::run(&mut *backend, &mut Cpu::new(threads), timeline, clock.now_tick(), clock) {
-        Err(error @ BackendError::Unsupported(_)) => Opened::Refused(format!("{name}: {error}")),
-        Err(error) => Opened::Failed(format!("{name}: {error}")),
+    match Trial::run(backend, &mut Cpu::new(threads), timeline, clock.now_tick(), clock) {
+        Err(error @ BackendError::Unsupported(_)) => Verdict::Refused(format!("{name}: {error}")),
+        Err(error) => Verdict::Failed(format!("{name}: {error}")),
         Ok(trial) if choice == BackendChoice::Gpu => {
             let truth = if trial.is_true() { "" } else { ", more than a twin may have" };
             tracing::info!("{name} computes, as it was asked to: {}{truth}", trial.told());
-            Opened::Taken(backend)
+            Verdict::Taken
         }
-        Ok(trial) if !trial.is_true() => Opened::Refused(format!("{name} errs too much: {}", trial.told())),
-        Ok(trial) if !trial.is_faster() => Opened::Refused(format!("{name} is slower: {}", trial.told())),
+        Ok(trial) if !trial.is_true() => Verdict::Refused(format!("{name} errs too much: {}", trial.told())),
+        Ok(trial) if !trial.is_faster() => Verdict::Refused(format!("{name} is slower: {}", trial.told())),
         Ok(trial) => {
             tracing::info!("{name} computes: {}", trial.told());
-            Opened::Taken(backend)
+            Verdict::Taken
         }
     }
 }

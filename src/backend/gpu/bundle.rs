@@ -2,6 +2,10 @@
 //!
 //! Invariant: a field is always made by the same bundle and the same kernel, so that its bits depend on no other demand.
 
+use super::uniforms::{
+    HEIGHT, SHEAR, SIDEWAYS, SLOPES, STRETCH, WRITE_A, WRITE_B, WRITE_EIGENVALUE, WRITE_JACOBIAN, WRITE_NORMALS,
+    WRITE_SINGLE,
+};
 use crate::plan::{Field, FieldSet, LevelPlan, Packing};
 use crate::scene::Normals;
 
@@ -79,7 +83,7 @@ impl Work {
     /// Planes that are written.
     pub fn planes(self) -> u64 {
         // Packings and normals are two.
-        [(1, 2), (4, 2), (16, 1), (32, 1), (64, 1), (128, 2)]
+        [(WRITE_A, 2), (WRITE_B, 2), (WRITE_SINGLE, 1), (WRITE_JACOBIAN, 1), (WRITE_EIGENVALUE, 1), (WRITE_NORMALS, 2)]
             .iter()
             .filter(|(bit, _)| self.write & bit != 0)
             .map(|(_, planes)| planes)
@@ -109,14 +113,14 @@ impl Bundle {
         let mut write = 0;
         for (slot, packing) in self.slots.iter().enumerate() {
             let wanted = packing.is_some_and(|packing| !packing.fields().intersection(here).is_empty());
-            write |= if wanted { [1, 4, 16][slot] } else { 0 };
+            write |= if wanted { [WRITE_A, WRITE_B, WRITE_SINGLE][slot] } else { 0 };
         }
         for field in self.assembled.iter().filter(|field| plan.fields.contains(**field)) {
             write |= match field {
-                Field::Jacobian => 32,
-                Field::Eigenvalue => 64,
+                Field::Jacobian => WRITE_JACOBIAN,
+                Field::Eigenvalue => WRITE_EIGENVALUE,
                 _ if by_points => 0,
-                _ => 128,
+                _ => WRITE_NORMALS,
             };
         }
         let made = self.slots.map(|slot| slot.is_some_and(|packing| plan.transforms.contains(&packing)));
@@ -127,11 +131,11 @@ impl Bundle {
 /// What the shaders call a packing, and whether it is of the rate of the height.
 pub fn kind(packing: Packing) -> (u32, bool) {
     match packing {
-        Packing::HalfComplex(Field::Dxz) => (4, false),
-        Packing::HalfComplex(field) => (0, field == Field::VelocityY),
-        Packing::Packed(Field::SlopeX, _) => (2, false),
-        Packing::Packed(Field::Dxx, _) => (3, false),
-        Packing::Packed(field, _) => (1, field == Field::VelocityX),
+        Packing::HalfComplex(Field::Dxz) => (SHEAR, false),
+        Packing::HalfComplex(field) => (HEIGHT, field == Field::VelocityY),
+        Packing::Packed(Field::SlopeX, _) => (SLOPES, false),
+        Packing::Packed(Field::Dxx, _) => (STRETCH, false),
+        Packing::Packed(field, _) => (SIDEWAYS, field == Field::VelocityX),
     }
 }
 

@@ -58,10 +58,11 @@ impl Kernel {
         const EVOLVE: Option<&str> = Some(shader!("evolve"));
         const TRANSFORM: Option<&str> = Some(shader!("transform"));
         const INTERMEDIATE: Option<&str> = Some(shader!("intermediate"));
+        const HEADER: Option<&str> = Some(shader!("header"));
         const ASSEMBLE: Option<&str> = Some(shader!("assemble"));
         const COLUMNS: &[Option<&str>] =
             &[PHASE, EVOLVE, Some(shader!("operator")), TRANSFORM, None, INTERMEDIATE, Some(shader!("columns"))];
-        const ROWS: &[Option<&str>] = &[TRANSFORM, None, INTERMEDIATE, ASSEMBLE, Some(shader!("rows"))];
+        const ROWS: &[Option<&str>] = &[TRANSFORM, None, INTERMEDIATE, HEADER, ASSEMBLE, Some(shader!("rows"))];
         match self {
             Self::Columns => Row {
                 label: "swellcast.columns",
@@ -77,19 +78,19 @@ impl Kernel {
             },
             Self::Differences => Row {
                 label: "swellcast.differences",
-                pieces: &[ASSEMBLE, Some(shader!("differences"))],
+                pieces: &[HEADER, ASSEMBLE, Some(shader!("differences"))],
                 bindings: &[Uniform, Read, Write],
                 sized: false,
             },
             Self::Foam => Row {
                 label: "swellcast.foam",
-                pieces: &[Some(shader!("foam"))],
+                pieces: &[HEADER, Some(shader!("foam"))],
                 bindings: &[Uniform, Read, Write, Write],
                 sized: false,
             },
             Self::Quantise => Row {
                 label: "swellcast.quantise",
-                pieces: &[Some(shader!("quantise"))],
+                pieces: &[HEADER, Some(shader!("quantise"))],
                 bindings: &[Read, Read, Write, Write],
                 sized: false,
             },

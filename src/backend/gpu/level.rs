@@ -6,13 +6,13 @@ use super::bundle::{BUNDLES, Bundle, GRADIENT, MOTION, Source, Work, kind};
 use super::compose::{Composer, storage};
 use super::kernels::Kernel;
 use super::settings::Storage;
-use super::uniforms::{Columns, Differences, Rows};
+use super::uniforms::{Columns, Differences, HEADER, Rows};
 use crate::plan::{Field, LevelPlan, Packing};
 use crate::scene::Normals;
 use crate::sea::Cascade;
 
-/// Words before the first plane of a buffer: the frame that made it, and room up to where copies may begin.
-pub const HEADER_WORDS: u64 = 64;
+/// Words before the first plane of a buffer.
+pub const HEADER_WORDS: u64 = HEADER as u64;
 /// Samples that one workgroup transforms at a time.
 const SAMPLES: usize = 2048;
 

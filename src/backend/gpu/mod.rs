@@ -103,6 +103,11 @@ impl Gpu {
         &uniforms::SHARED
     }
 
+    /// Names and values of every number that shaders declare as we do.
+    pub fn shared_numbers() -> &'static [(&'static str, u32)] {
+        uniforms::NUMBERS
+    }
+
     /// What destroys the device, from anywhere, so that all further work of it fails: for tests and drills.
     pub fn loss(&self) -> impl Fn() + Send + Sync + use<> {
         let device = self.device.device.clone();
@@ -298,5 +303,31 @@ impl Backend for Gpu {
                 }
             },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::{CascadePlan, Field, FieldSet};
+    use crate::scene::{Effects, preset};
+    use crate::sea::Timeline;
+
+    #[test]
+    fn what_other_kernels_made_is_not_taken() {
+        let settings = GpuSettings { software: true, ..GpuSettings::default() };
+        let mut gpu = match Gpu::open(&settings) {
+            Ok(gpu) => gpu,
+            Err(error) if std::env::var_os("SWELLCAST_REQUIRE_GPU").is_some() => panic!("a GPU is required: {error}"),
+            Err(error) => return eprintln!("SKIPPED, for want of a GPU: {error}"),
+        };
+        let sea = Timeline::new(&preset("beaufort-1").unwrap()).at(0);
+        let cascade = CascadePlan::new([(1, FieldSet::of(&[Field::Height]))], None, &Effects::default());
+        let plan = Plan { cascades: vec![cascade; sea.cascades.len()] };
+        gpu.load(&sea).unwrap();
+        assert!(gpu.step(0, &plan).is_ok());
+        gpu.submit(240, &plan).unwrap();
+        gpu.ring.misname();
+        assert!(matches!(gpu.collect(), Err(BackendError::DeviceLost(why)) if why.contains("as its name")));
     }
 }

@@ -7,12 +7,11 @@ use wgpu::{Buffer, BufferUsages, MapMode, SubmissionIndex};
 
 use super::device::Device;
 use super::kernels::Kernel;
+use super::uniforms::{DONE, ODD, WIDE};
 use crate::backend::{BackendError, Counts, Surface};
 use crate::pass::quantise::Found;
 use crate::plan::{Counted, Field};
 
-/// What quantising leaves beside counts that it made.
-const DONE: u32 = 4;
 /// Staging buffers that are kept for later frames.
 const KEPT: usize = 4;
 
@@ -107,6 +106,12 @@ impl Ring {
         Some(result)
     }
 
+    /// Expects another name of the newest frame than its kernels leave.
+    #[cfg(test)]
+    pub fn misname(&mut self) {
+        self.pending.iter_mut().for_each(|pending| pending.frame += 1);
+    }
+
     /// Forgets all frames on their way.
     pub fn forget(&mut self) {
         *self = Self::default();
@@ -150,7 +155,7 @@ fn unpack(device: &Device, pending: Pending, surface: &mut Surface) -> (Option<B
                     }
                     let values = view[at * 4..at * 4 + count * 2].as_chunks::<2>().0;
                     let values = values.iter().map(|bytes| i16::from_le_bytes(*bytes)).collect();
-                    let found = Found { saturated: word(found) & 1 != 0, not_finite: word(found) & 2 != 0 };
+                    let found = Found { saturated: word(found) & WIDE != 0, not_finite: word(found) & ODD != 0 };
                     surface.cascades[cascade].counts.push(Counts { of, values, found });
                 }
                 Piece::Samples { cascade, level, field, at, count } => {

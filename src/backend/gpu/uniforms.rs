@@ -1,4 +1,4 @@
-//! What kernels are told, word by word as their shaders declare it.
+//! What kernels are told, word by word as their shaders declare it, and the numbers that both sides name.
 
 /// A number of 32 bits in a uniform.
 pub trait Word {
@@ -84,3 +84,35 @@ pub const SHARED: [(&str, &[&str]); 6] = [
     // As `EvolveTable::words` gives it.
     ("Mode", &["p", "q", "r", "t", "cycles", "offset", "omega", "chop"]),
 ];
+
+/// Declares numbers that shaders declare, too, under the same names.
+macro_rules! numbers {
+    ($($(#[$doc:meta])* $name:ident = $value:literal;)*) => {
+        $($(#[$doc])* pub const $name: u32 = $value;)*
+
+        /// Every number that both sides name.
+        pub const NUMBERS: &[(&str, u32)] = &[$((stringify!($name), $name)),*];
+    };
+}
+
+numbers! {
+    /// Words before the first plane of a buffer.
+    HEADER = 64;
+    /// Bits of what rows write: both planes of a packing, the single field, and what is assembled.
+    WRITE_A = 1;
+    WRITE_B = 4;
+    WRITE_SINGLE = 16;
+    WRITE_JACOBIAN = 32;
+    WRITE_EIGENVALUE = 64;
+    WRITE_NORMALS = 128;
+    /// Kinds of packing.
+    HEIGHT = 0;
+    SIDEWAYS = 1;
+    SLOPES = 2;
+    STRETCH = 3;
+    SHEAR = 4;
+    /// Bits of what is found about counts: some were clamped, some were no numbers, all were made.
+    WIDE = 1;
+    ODD = 2;
+    DONE = 4;
+}

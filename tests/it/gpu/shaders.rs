@@ -41,6 +41,23 @@ fn every_kernel_keeps_to_the_default_limits() {
 }
 
 #[test]
+fn numbers_are_the_same_on_both_sides() {
+    let mut found = std::collections::BTreeSet::new();
+    for (label, module) in modules() {
+        for (_, constant) in module.constants.iter() {
+            let name = constant.name.clone().unwrap_or_default();
+            let Some((_, value)) = Gpu::shared_numbers().iter().find(|(shared, _)| *shared == name) else { continue };
+            let naga::Expression::Literal(naga::Literal::U32(got)) = module.global_expressions[constant.init] else {
+                panic!("{name} of {label} is no u32");
+            };
+            assert_eq!(got, *value, "{name} of {label}");
+            found.insert(name);
+        }
+    }
+    assert_eq!(found.len(), Gpu::shared_numbers().len(), "only {found:?} are declared");
+}
+
+#[test]
 fn structs_have_the_members_that_they_are_filled_with() {
     let mut found = std::collections::BTreeSet::new();
     for (label, module) in modules() {

@@ -101,6 +101,18 @@ fn a_device_that_is_lost_says_so_at_once() {
 }
 
 #[test]
+fn what_the_device_refuses_is_told_and_not_passed_over() {
+    let Some(mut gpu) = gpu(Storage::F32) else { return };
+    let timeline = Timeline::new(&wind_sea(9.0, 32, &[150.0]));
+    let sea = timeline.at(0);
+    gpu.load(&sea).unwrap();
+    // A petabyte is neither valid nor there.
+    assert!(matches!(gpu.copy(1 << 50, 1), Err(BackendError::DeviceLost(_))));
+    let plan = plan(&sea, &[Field::Height]);
+    assert!(matches!(gpu.step(0, &plan), Err(BackendError::DeviceLost(_))), "and all that follows, too");
+}
+
+#[test]
 fn a_device_destroyed_in_mid_stream_costs_no_tick() {
     if gpu(Storage::F32).is_none() {
         return;

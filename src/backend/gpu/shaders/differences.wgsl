@@ -1,8 +1,6 @@
 // Slopes of the displaced surface out of its points, by central differences or Sobel's kernel: twin of
 // `slopes_of_points` in pass/assemble.rs.
 
-const HEADER: u32 = 64u;
-
 struct Differences {
     frame: u32,
     n: u32,

@@ -1,7 +1,5 @@
 // Foam of a grid, f <- max(d f, r source(J)): twin of pass/foam.rs and of the step in sea/foam_step.rs.
 
-const HEADER: u32 = 64u;
-
 struct Foam {
     frame: u32,
     samples: u32,

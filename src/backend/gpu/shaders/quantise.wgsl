@@ -1,7 +1,6 @@
 // Numbers to 16-bit counts of a fixed step: twin of pass/quantise.rs, and of the averages in tile/level.rs for levels of
 // foam. Two counts an invocation.
 
-const HEADER: u32 = 64u;
 const WIDE: u32 = 1u;
 const ODD: u32 = 2u;
 const DONE: u32 = 4u;

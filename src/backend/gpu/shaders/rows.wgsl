@@ -8,8 +8,6 @@ const WRITE_SINGLE: u32 = 16u;
 const WRITE_JACOBIAN: u32 = 32u;
 const WRITE_EIGENVALUE: u32 = 64u;
 const WRITE_NORMALS: u32 = 128u;
-// Samples start here in a buffer of planes; what stands before says whose they are.
-const HEADER: u32 = 64u;
 
 struct Rows {
     // Names the frame in the header.
