@@ -14,7 +14,7 @@ use swellcast::control::{Epoch, Store};
 use swellcast::engine::{Clock, effect_costs};
 use swellcast::scene::{Scene, SceneFile, preset};
 use swellcast::server::{self, Ocean, Settings};
-use swellcast::wire::{ErrorClass, Group, UnitName};
+use swellcast::wire::{Codec, ErrorClass, Group, UnitName};
 
 const ROUNDS: usize = 5;
 const RATE: u32 = 30;
@@ -79,7 +79,13 @@ async fn start(scene: &Scene) -> (Arc<Ocean>, String) {
 }
 
 fn units(cascades: &[u8], level: u8, groups: &[Group]) -> Vec<UnitName> {
-    let unit = |cascade: u8, group: Group| UnitName { cascade, level, class: ErrorClass::Millimetre, group };
+    let unit = |cascade: u8, group: Group| UnitName {
+        cascade,
+        level,
+        class: ErrorClass::Millimetre,
+        group,
+        codec: Codec::I16,
+    };
     cascades.iter().flat_map(|cascade| groups.iter().map(move |group| unit(*cascade, *group))).collect()
 }
 

@@ -12,7 +12,7 @@ use swellcast::engine::{PointsWish, ProbeAnswer, ProbeFields, ProbeMethod, Probe
 use swellcast::plan::Demand;
 use swellcast::scene::preset;
 use swellcast::sea::Timeline;
-use swellcast::wire::{ErrorClass, Group, UnitName};
+use swellcast::wire::{Codec, ErrorClass, Group, UnitName};
 
 const POINTS: usize = 10_000;
 const COMPARED: usize = 200;
@@ -70,7 +70,7 @@ fn main() {
 /// Ticks in which every unit of the full grids is wanted, without points and with them, in turn.
 fn follow(name: &str, timeline: &Arc<Timeline>, points: &[[f64; 2]], clients: usize) {
     let mut stepper = Stepper::new(Box::new(Cpu::new(None)), Arc::clone(timeline), 1);
-    let unit = |cascade, group| UnitName { cascade, level: 0, class: ErrorClass::Millimetre, group };
+    let unit = |cascade, group| UnitName { cascade, level: 0, class: ErrorClass::Millimetre, group, codec: Codec::I16 };
     let numbers: Vec<u8> = timeline.lives().map(|life| life.cascade.index).collect();
     let wanted = [Group::Displacement, Group::Slopes, Group::Derivatives, Group::Velocity, Group::Jacobian];
     let demand: Demand = numbers.iter().flat_map(|number| wanted.map(|group| (unit(*number, group), 240))).collect();

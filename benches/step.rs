@@ -13,8 +13,8 @@ use swellcast::plan::Demand;
 use swellcast::plan::{CascadePlan, Field, FieldSet, Plan};
 use swellcast::scene::preset;
 use swellcast::sea::{EnergyTable, FoamThresholds, Timeline};
-use swellcast::tile::{Plane, Stamp, encode};
-use swellcast::wire::{ErrorClass, Group, UnitName};
+use swellcast::tile::{Plane, Stamp, UnitEncoder};
+use swellcast::wire::{Codec, ErrorClass, Group, UnitName};
 
 const ROUNDS: usize = 40;
 const STAMP: Stamp = Stamp { tick: 0, epoch: 0, sequence: 0, layout: 0 };
@@ -25,8 +25,13 @@ fn main() {
     let sea = timeline.at(0);
     let table = EnergyTable::build(&scene.sea, timeline.layout());
     let cascades = sea.cascades.len();
-    let unit =
-        |cascade: usize, group| UnitName { cascade: cascade as u8, level: 0, class: ErrorClass::Millimetre, group };
+    let unit = |cascade: usize, group| UnitName {
+        cascade: cascade as u8,
+        level: 0,
+        class: ErrorClass::Millimetre,
+        group,
+        codec: Codec::I16,
+    };
     let waves = [Group::Displacement, Group::Slopes, Group::Derivatives];
     let demand: Demand = (0..cascades).flat_map(|c| waves.map(|group| (unit(c, group), 240))).collect();
     let plan = |fields: &[Field]| Plan {
@@ -61,7 +66,10 @@ fn main() {
         ),
         ("  the same on one thread", Box::new(move || drop(one.step(7200, &plan(&Field::SPECTRAL)).map(|s| s.tick)))),
         ("step and encode, 8 channels", Box::new(move || drop(stepper.frames(tick_of(&mut tick), &demand)))),
-        ("encode one unit of 3 channels", Box::new(|| drop(encode(unit(0, Group::Displacement), 256, &planes, STAMP)))),
+        (
+            "encode one unit of 3 channels",
+            Box::new(|| drop(UnitEncoder::new(unit(0, Group::Displacement)).take(256, &planes, STAMP))),
+        ),
     ];
     let mut times = vec![Vec::with_capacity(ROUNDS); stages.len()];
     for round in 0..ROUNDS + 3 {

@@ -9,7 +9,7 @@ use crate::backend::Cpu;
 use crate::engine::{Clock, EffectCost, StepTime, demand_cost, effect_costs, interval_of_rate};
 use crate::plan::{Demand, Listing};
 use crate::sea::Timeline;
-use crate::wire::{ErrorClass, Group, RATES_HZ, UnitName};
+use crate::wire::{Codec, ErrorClass, Group, RATES_HZ, UnitName};
 
 #[derive(Debug, Args)]
 pub struct PlanArguments {
@@ -92,7 +92,7 @@ fn demand(arguments: &PlanArguments, timeline: &Timeline) -> Result<Demand> {
             }
             let level = arguments.level.max(detail.map_or(0, |detail| detail.finest_level));
             let (cascade, class) = (cascade.index, ErrorClass::Millimetre);
-            demand.insert(UnitName { cascade, level, class, group: *group }, interval_of_rate(most));
+            demand.insert(UnitName { cascade, level, class, group: *group, codec: Codec::I16 }, interval_of_rate(most));
         }
     }
     Ok(demand)

@@ -15,14 +15,15 @@ use tokio_websockets::{ClientBuilder, Limits, Message, WebSocketStream};
 
 use super::clock::{Exchange, SharedClock};
 use super::metered::Metered;
-use crate::tile::{DecodedFrame, decode};
+use super::playback::MAX_SAMPLES;
+use crate::tile::{DecodeError, DecodedFrame, Decoder};
 use crate::wire::{
-    ClientMessage, ErrorCode, FrameError, HEADER_BYTES, Hello, SUBPROTOCOL, ServerMessage, Status, Subscribe,
-    Subscribed, TICKS_PER_SECOND, TILE, Time, UnitName, UnitRate, WireChange,
+    ClientMessage, ErrorCode, HEADER_BYTES, Hello, SUBPROTOCOL, ServerMessage, Status, Subscribe, Subscribed,
+    TICKS_PER_SECOND, TILE, Time, UnitName, UnitRate, WireChange,
 };
 
-/// Largest message taken: the largest frame, 3 planes of 256 x 256 counts.
-const MAX_MESSAGE: usize = HEADER_BYTES + 3 * TILE * TILE * 2;
+/// Largest message taken: the largest frame, 3 planes of 256 x 256 samples of 4 bytes, and tables.
+const MAX_MESSAGE: usize = HEADER_BYTES + 3 * TILE * TILE * 4 + 8192;
 /// Most bytes read before the upgrade is done.
 const MAX_UPGRADE: usize = 64 << 10;
 /// How long a server may take for the upgrade, and for reading what is sent to it.
@@ -57,7 +58,7 @@ pub enum Event {
         detail: String,
     },
     /// A frame that is not one; it was dropped.
-    BadFrame(FrameError),
+    BadFrame(DecodeError),
     /// A text that is no message; it was dropped.
     BadText(String),
     /// Nothing more will come.
@@ -130,6 +131,7 @@ pub struct Connection<N> {
     asked: VecDeque<i64>,
     heard_us: i64,
     subscriptions: u64,
+    decoder: Decoder,
     closed: Option<Closed>,
 }
 
@@ -173,6 +175,7 @@ impl<N: Fn() -> i64> Connection<N> {
             asked: VecDeque::new(),
             heard_us,
             subscriptions: 0,
+            decoder: Decoder::new(MAX_SAMPLES as usize),
             closed: None,
         })
     }
@@ -247,7 +250,7 @@ impl<N: Fn() -> i64> Connection<N> {
     async fn read(&mut self, message: Message) -> Option<Event> {
         if message.is_binary() {
             let frame: Bytes = message.into_payload().into();
-            return Some(match decode(&frame) {
+            return Some(match self.decoder.decode(&frame) {
                 Ok(decoded) => Event::Frame(decoded, frame.len()),
                 Err(error) => Event::BadFrame(error),
             });
@@ -283,7 +286,10 @@ impl<N: Fn() -> i64> Connection<N> {
                 }
                 None
             }
-            Ok(Some(ServerMessage::Subscribed(subscribed))) => Some(Event::Subscribed(subscribed)),
+            Ok(Some(ServerMessage::Subscribed(subscribed))) => {
+                self.decoder.retain(|unit| subscribed.units.iter().any(|granted| granted.unit == *unit));
+                Some(Event::Subscribed(subscribed))
+            }
             Ok(Some(ServerMessage::Status(status))) => Some(Event::Status(status)),
             Ok(Some(ServerMessage::Change(change))) => Some(Event::Change(change)),
             Ok(Some(ServerMessage::Error { code, detail, .. })) => Some(Event::Error { code, detail }),

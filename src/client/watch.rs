@@ -16,7 +16,7 @@ use super::playback::{Footing, Playback, TileKey};
 use super::relief::relief;
 use super::stats::{Report, Stats};
 use super::surface::Patch;
-use crate::wire::{ErrorClass, ErrorCode, Group, Hello, HelloCascade, UnitName};
+use crate::wire::{Codec, ErrorClass, ErrorCode, Group, Hello, HelloCascade, UnitName};
 
 /// Side of the square that a picture shows, metres.
 const PICTURE_M: f64 = 400.0;
@@ -195,7 +195,7 @@ fn units(hello: &Hello, class: ErrorClass) -> Vec<UnitName> {
         let detail = cascade.detail.iter().find(|detail| detail.group == group);
         let level = detail.map_or(0, |detail| detail.finest_level);
         let had = detail.is_none_or(|detail| detail.rate_hz != Some(0));
-        had.then_some(UnitName { cascade: cascade.index, level, class, group })
+        had.then_some(UnitName { cascade: cascade.index, level, class, group, codec: Codec::Rans })
     };
     let of = |group| hello.layout.cascades.iter().filter_map(move |cascade| unit(cascade, group));
     let wanted = [Group::Displacement, Group::Slopes, Group::Derivatives, Group::Foam].into_iter();

@@ -1,5 +1,6 @@
 //! The step thread: waits for the next tick that is due, makes it, and warms foam in the time between.
 
+use std::collections::BTreeSet;
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering::Relaxed, Ordering::SeqCst};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -14,7 +15,7 @@ use super::step::{Batch, Stepper, Work};
 use crate::backend::BackendError;
 use crate::plan::{Demand, Lingering};
 use crate::sea::Timeline;
-use crate::wire::SLOWEST_INTERVAL;
+use crate::wire::{SLOWEST_INTERVAL, UnitName};
 
 /// Foam steps run after each frame even when the next frame is already due, so that foam warms on a busy machine.
 const FOAM_STEPS_AT_LEAST: u32 = 2;
@@ -97,6 +98,8 @@ struct Inbox {
     timeline: Option<Arc<Timeline>>,
     demand: Option<Demand>,
     points: Option<Vec<PointsWish>>,
+    /// Units that somebody begins to follow.
+    joins: BTreeSet<UnitName>,
     stop: bool,
 }
 
@@ -142,6 +145,7 @@ impl Engine {
                 demand: Demand::new(),
                 of_points: None,
                 last: None,
+                joins: BTreeSet::new(),
                 seen: 0,
             }
             .run();
@@ -158,6 +162,14 @@ impl Engine {
     /// The demand from the next step on. None: the engine rests.
     pub fn set_demand(&self, demand: Demand) {
         self.tell(|inbox| inbox.demand = Some(demand));
+    }
+
+    /// Somebody begins to follow these units: their next frames come also as who has none before them can read them.
+    pub fn join(&self, units: Vec<UnitName>) {
+        self.tell(|inbox| {
+            // Of a unit that nobody wants there is nothing to join; what is wanted is bounded.
+            inbox.joins.extend(units);
+        });
     }
 
     /// Points whose water is told from the next step on. They don't linger.
@@ -224,6 +236,8 @@ struct Loop<'a> {
     /// The smallest interval of points, where somebody follows any.
     of_points: Option<i64>,
     last: Option<i64>,
+    /// Units that somebody begins to follow.
+    joins: BTreeSet<UnitName>,
     seen: u64,
 }
 
@@ -339,7 +353,7 @@ impl Loop<'_> {
             return true;
         }
         self.seen = version;
-        let Inbox { timeline, demand, points, stop } = std::mem::take(&mut *lock(&self.shared.inbox));
+        let Inbox { timeline, demand, points, mut joins, stop } = std::mem::take(&mut *lock(&self.shared.inbox));
         if let Some(timeline) = timeline {
             self.timeline = Arc::clone(&timeline);
             self.stepper.set_timeline(timeline);
@@ -352,6 +366,7 @@ impl Loop<'_> {
             self.of_points = points.iter().map(|wish| wish.interval).min();
             self.stepper.set_points(points);
         }
+        self.joins.append(&mut joins);
         !stop
     }
 
@@ -361,6 +376,11 @@ impl Loop<'_> {
         if demand != self.demand {
             self.stepper.set_demand(&demand);
             self.demand = demand;
+        }
+        for unit in std::mem::take(&mut self.joins) {
+            if self.demand.contains_key(&unit) {
+                self.stepper.join(unit);
+            }
         }
     }
 

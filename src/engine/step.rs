@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::AddAssign;
 use std::sync::Arc;
 
-use bytes::Bytes;
 use rayon::prelude::*;
 
 use super::answer::{Evaluated, ProbeFields};
@@ -15,16 +14,17 @@ use crate::pass::quantise::quantiser_step;
 use crate::plan::{CascadePlan, Counted, Demand, Field, FieldSet, FoamWork, Plan, Wanted, fields_of, levels_of};
 use crate::scene::{Foam, Model};
 use crate::sea::{Layout, Life, Timeline};
-use crate::tile::{EncodeError, Plane, Stamp, encode};
+use crate::tile::{EncodeError, Plane, SentFrame, Stamp, UnitEncoder};
 use crate::wire::{Group, UnitName};
 
-/// All frames of one tick.
+/// What one tick gives.
 #[derive(Clone, Debug)]
 pub struct Batch {
     /// The tick.
     pub tick: i64,
-    /// A unit appears once per tile.
-    pub frames: Vec<(UnitName, Bytes)>,
+    /// Frames that leave now: of this tick, and of ticks before it that waited for it. Those of one unit stand together,
+    /// and of one tick the deepest predictions first.
+    pub frames: Vec<SentFrame>,
     /// One for each client whose points are due.
     pub points: Vec<PointsMessage>,
     /// Name of the backend that made it.
@@ -75,6 +75,8 @@ pub struct Stepper {
     foamy: BTreeSet<u8>,
     /// By number, of the cascades that the timeline has and somebody wants foam of.
     foam: BTreeMap<u8, FoamTrack>,
+    /// Of every unit that is wanted.
+    units: BTreeMap<UnitName, UnitEncoder>,
     /// Points that clients follow.
     points: Vec<PointsWish>,
     /// What they are read from where the sea is one of trochoids.
@@ -93,8 +95,22 @@ impl Stepper {
         let encoders = encoders.expect("the system gives threads at start");
         let (breaking, foamy, foam) = (BTreeSet::new(), BTreeSet::new(), BTreeMap::new());
         let (loaded, newest, points, work) = (None, None, Vec::new(), Work::default());
-        let evaluated = Evaluated::default();
-        Self { backend, encoders, timeline, epoch, loaded, newest, breaking, foamy, foam, points, evaluated, work }
+        let (evaluated, units) = (Evaluated::default(), BTreeMap::new());
+        Self {
+            backend,
+            encoders,
+            timeline,
+            epoch,
+            loaded,
+            newest,
+            breaking,
+            foamy,
+            foam,
+            units,
+            points,
+            evaluated,
+            work,
+        }
     }
 
     /// Name of the backend.
@@ -124,10 +140,16 @@ impl Stepper {
         std::mem::replace(&mut self.backend, backend)
     }
 
-    /// Keeps foam's memory where somebody wants foam, and lets it go elsewhere.
+    /// Keeps foam's memory where somebody wants foam and past frames where somebody wants more, and lets them go elsewhere.
     pub fn set_demand(&mut self, demand: &Demand) {
+        self.units.retain(|unit, _| demand.contains_key(unit));
         self.foamy = demand.keys().filter(|unit| unit.group == Group::Foam).map(|unit| unit.cascade).collect();
         self.keep_tracks();
+    }
+
+    /// Somebody begins to follow a unit: its next frames come also as who has none before them can read them.
+    pub fn join(&mut self, unit: UnitName) {
+        self.units.entry(unit).or_insert_with(|| UnitEncoder::new(unit)).join();
     }
 
     /// Points whose water is told at every multiple of their interval.
@@ -245,9 +267,12 @@ impl Stepper {
                 (work.advance || here.clone().any(|unit| unit.group == Group::Foam)).then_some(work)
             });
             let counts = here.clone().flat_map(|unit| counted(*unit, life.foam_left(tick) as f32)).collect();
-            let levels = levels_of(here).chain([(0, of_points)]);
-            let wanted = Wanted { counts, samples: of_points };
-            plan.cascades.push(self.work(&life, tick, levels, foam).leaving(wanted));
+            let levels = levels_of(here.clone()).chain([(0, of_points)]);
+            let floats = here.clone().any(|unit| unit.codec.is_float());
+            let work = self.work(&life, tick, levels, foam);
+            // Who studies floats looks at everything.
+            let whole = |work: CascadePlan| work.leaving(Wanted { counts, samples: of_points });
+            plan.cascades.push(if floats { work } else { whole(work) });
         }
         let mut done = std::mem::take(&mut self.work);
         done += Work::of(&plan, timeline.layout());
@@ -259,7 +284,16 @@ impl Stepper {
             sequence: timeline.sequence_at(surface.tick),
             layout: timeline.generation_at(surface.tick),
         };
-        let encode = |(place, foam, unit)| (unit, encode_unit(surface.cascades.get(place), unit, foam, stamp));
+        // Each with its encoder, which goes back when it is done.
+        let mut due_units = Vec::with_capacity(units.len());
+        for (place, foam, unit) in units {
+            let encoder = self.units.remove(&unit).unwrap_or_else(|| UnitEncoder::new(unit));
+            due_units.push((place, foam, unit, encoder));
+        }
+        let encode = |(place, foam, unit, mut encoder): (usize, f32, UnitName, UnitEncoder)| {
+            let frames = encode_unit(surface.cascades.get(place), unit, foam, stamp, &mut encoder);
+            (unit, encoder, frames)
+        };
         let (wanted, evaluated) = (ProbeFields::of(&timeline.scene().effects), &mut self.evaluated);
         let tell = || match timeline.scene().model {
             _ if due.is_empty() => Vec::new(),
@@ -270,14 +304,15 @@ impl Stepper {
         };
         // Together, so that no thread rests while the other kind is left to do.
         let (encoded, points): (Vec<_>, Vec<_>) =
-            self.encoders.install(|| rayon::join(|| units.into_par_iter().map(encode).collect(), tell));
+            self.encoders.install(|| rayon::join(|| due_units.into_par_iter().map(encode).collect(), tell));
         let told = points.len();
         let points: Vec<PointsMessage> = points.into_iter().flatten().collect();
         let (refused, frames) = ((told - points.len()) as u64, Vec::with_capacity(encoded.len()));
         let mut batch = Batch { tick: surface.tick, frames, points, backend, refused, work: done };
-        for (unit, frames) in encoded {
+        for (unit, encoder, frames) in encoded {
+            self.units.insert(unit, encoder);
             match frames {
-                Ok(frames) => batch.frames.extend(frames.into_iter().map(|frame| (unit, frame))),
+                Ok(frames) => batch.frames.extend(frames),
                 Err(error) => {
                     tracing::error!(tick, ?unit, %error, "frame refused");
                     batch.refused += 1;
@@ -327,21 +362,22 @@ fn encode_unit(
     unit: UnitName,
     foam_left: f32,
     stamp: Stamp,
-) -> Result<Vec<Bytes>, EncodeError> {
+    encoder: &mut UnitEncoder,
+) -> Result<Vec<SentFrame>, EncodeError> {
     let Some(cascade) = cascade else { return Ok(Vec::new()) };
     let counts: Option<Vec<Plane>> = counted(unit, foam_left)
         .map(|counted| cascade.counts(counted).map(|(counts, found)| Plane::Counts(counts, found)))
         .collect();
-    if let Some(counts) = counts {
-        return encode(unit, cascade.n, &counts, stamp);
+    if let Some(counts) = counts.filter(|_| !unit.codec.is_float()) {
+        return encoder.take(cascade.n, &counts, stamp);
     }
     // Foam is made on the full grid, and averaged for the others.
     let level = if unit.group == Group::Foam { 0 } else { unit.level };
     let planes: Option<Vec<&[f32]>> =
         fields_of(unit.group).iter().map(|field| cascade.plane_at(level, *field)).collect();
     let Some(planes) = planes else { return Ok(Vec::new()) };
-    let samples = |planes: &[&[f32]]| {
-        encode(unit, cascade.n, &planes.iter().map(|plane| Plane::Samples(plane)).collect::<Vec<_>>(), stamp)
+    let mut samples = |planes: &[&[f32]]| {
+        encoder.take(cascade.n, &planes.iter().map(|plane| Plane::Samples(plane)).collect::<Vec<_>>(), stamp)
     };
     if unit.group != Group::Foam || foam_left >= 1.0 {
         return samples(&planes);

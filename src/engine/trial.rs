@@ -5,7 +5,7 @@ use super::cost::{StepTime, demand_cost};
 use crate::backend::{Backend, BackendError, Surface};
 use crate::plan::{CascadePlan, Demand, Field, FieldSet, Plan};
 use crate::sea::Timeline;
-use crate::wire::{ErrorClass, Group, SLOWEST_INTERVAL, UnitName};
+use crate::wire::{Codec, ErrorClass, Group, SLOWEST_INTERVAL, UnitName};
 
 /// What a backend may differ from the CPU by, over a field's own scale: root mean square, and most.
 const BOUND: [f64; 2] = [2e-6, 2e-5];
@@ -74,7 +74,8 @@ impl Trial {
 fn everything(timeline: &Timeline) -> Demand {
     let effects = &timeline.scene().effects;
     let groups = || Group::ALL.into_iter().filter(|group| effects.has(*group));
-    let unit = |cascade: u8, group| UnitName { cascade, level: 0, class: ErrorClass::Millimetre, group };
+    let unit =
+        |cascade: u8, group| UnitName { cascade, level: 0, class: ErrorClass::Millimetre, group, codec: Codec::I16 };
     let cascades = timeline.layout().cascades.iter().map(|cascade| cascade.index);
     cascades.flat_map(|index| groups().map(move |group| (unit(index, group), SLOWEST_INTERVAL))).collect()
 }

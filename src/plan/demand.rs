@@ -77,10 +77,10 @@ impl Lingering {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wire::ErrorClass;
+    use crate::wire::{Codec, ErrorClass};
 
     const fn unit(level: u8) -> UnitName {
-        UnitName { cascade: 0, level, class: ErrorClass::Millimetre, group: Group::Foam }
+        UnitName { cascade: 0, level, class: ErrorClass::Millimetre, group: Group::Foam, codec: Codec::I16 }
     }
 
     #[test]

@@ -8,6 +8,7 @@ mod bulletin;
 mod change_body;
 mod farewell;
 mod fields;
+mod flow;
 mod hello;
 mod listen;
 mod metrics;

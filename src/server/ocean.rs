@@ -317,6 +317,13 @@ impl Client {
         self.ocean.wish(|subscriptions| subscriptions.replace(self.id, units))
     }
 
+    /// Asks for frames of these units that can be read with nothing before them.
+    pub fn join_units(&self, units: Vec<UnitName>) {
+        if !units.is_empty() {
+            self.ocean.engine.join(units);
+        }
+    }
+
     /// Replaces the points that this client follows, and tells the engine. Returns the first tick that will come.
     ///
     /// # Errors

@@ -6,7 +6,8 @@ use std::sync::{PoisonError, RwLock};
 use bytes::Bytes;
 
 use crate::engine::Batch;
-use crate::wire::{TICKS_PER_SECOND, UnitName};
+use crate::tile::SentFrame;
+use crate::wire::TICKS_PER_SECOND;
 
 /// How far back the ring reaches, ticks.
 const SPAN: i64 = 2 * TICKS_PER_SECOND;
@@ -83,7 +84,7 @@ impl Ring {
         cursor: &mut Cursor,
         stale: i64,
         budget: usize,
-        wants: impl Fn(&UnitName, i64) -> bool,
+        mut wants: impl FnMut(&SentFrame) -> bool,
         mut give: impl FnMut(Bytes),
     ) -> Taken {
         let held = self.held.read().unwrap_or_else(PoisonError::into_inner);
@@ -97,15 +98,15 @@ impl Ring {
                 (*cursor, taken.jumped) = (Cursor { batch: newest, frame: 0 }, true);
                 continue;
             }
-            while let Some((unit, frame)) = batch.frames.get(cursor.frame) {
+            while let Some(frame) = batch.frames.get(cursor.frame) {
                 if taken.bytes >= budget {
                     return taken;
                 }
                 cursor.frame += 1;
-                if wants(unit, batch.tick) {
+                if wants(frame) {
                     taken.frames += 1;
-                    taken.bytes += frame.len();
-                    give(frame.clone());
+                    taken.bytes += frame.bytes.len();
+                    give(frame.bytes.clone());
                 }
             }
             *cursor = Cursor { batch: cursor.batch + 1, frame: 0 };
@@ -115,22 +116,24 @@ impl Ring {
 }
 
 fn size(batch: &Batch) -> usize {
-    batch.frames.iter().map(|(_, frame)| frame.len()).sum()
+    batch.frames.iter().map(|frame| frame.bytes.len()).sum()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::engine::Work;
-    use crate::wire::{ErrorClass, Group};
+    use crate::wire::{Codec, ErrorClass, Group, UnitName};
 
-    const UNIT: UnitName = UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group: Group::Slopes };
+    const UNIT: UnitName =
+        UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group: Group::Slopes, codec: Codec::I16 };
 
     fn push(ring: &Ring, tick: i64) {
-        let frame = Bytes::from(tick.to_le_bytes().to_vec());
+        let bytes = Bytes::from(tick.to_le_bytes().to_vec());
+        let frame = SentFrame { unit: UNIT, tick, depth: 0, bytes };
         ring.push(Batch {
             tick,
-            frames: vec![(UNIT, frame.clone()), (UNIT, frame)],
+            frames: vec![frame.clone(), frame],
             points: Vec::new(),
             backend: "cpu",
             refused: 0,
@@ -141,7 +144,7 @@ mod tests {
     fn ticks(ring: &Ring, cursor: &mut Cursor, stale: i64, budget: usize) -> (Vec<i64>, bool) {
         let mut got = Vec::new();
         let give = |frame: Bytes| got.push(i64::from_le_bytes(frame[..8].try_into().unwrap()));
-        let taken = ring.take(cursor, stale, budget, |_, tick| tick % 240 == 0, give);
+        let taken = ring.take(cursor, stale, budget, |frame| frame.tick % 240 == 0, give);
         (got, taken.jumped)
     }
 

@@ -13,6 +13,7 @@ use tokio_websockets::{Error, Limits, Message, ServerBuilder, WebSocketStream};
 
 use super::bulletin::Reader;
 use super::farewell::{End, OVERFLOW, end_of, part};
+use super::flow::Flow;
 use super::hello::lead;
 use super::ocean::{Client, Ocean};
 use super::requests;
@@ -20,9 +21,10 @@ use super::ring::Cursor;
 use super::socket::Socket;
 use crate::engine::interval_of_rate;
 use crate::sea::Layout;
+use crate::tile::SentFrame;
 use crate::wire::{
-    ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, Points, PointsSubscribed, ServerMessage, Subscribe,
-    Subscribed, TICKS_PER_SECOND, TimeAnswer, UnitName, UnitRate,
+    ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, Points, PointsSubscribed, SLOWEST_INTERVAL,
+    ServerMessage, Subscribe, Subscribed, TICKS_PER_SECOND, TimeAnswer, UnitName, UnitRate,
 };
 
 /// Most answers that wait for the socket; a client that asks for more without reading is closed.
@@ -89,14 +91,6 @@ struct Session {
     /// Beats of the server at which the client was last heard, and pinged.
     heard: u64,
     pinged: u64,
-}
-
-/// A unit that is sent: every multiple of its interval from the first tick on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Flow {
-    unit: UnitName,
-    interval: i64,
-    first: i64,
 }
 
 /// What a look at the socket gave.
@@ -210,10 +204,10 @@ impl Session {
         if self.units.is_empty() {
             return Ok(());
         }
-        let (units, stream) = (&self.units, &mut self.stream);
-        let wants = |unit: &UnitName, tick: i64| {
-            let flow = units.binary_search_by_key(unit, |flow| flow.unit).map(|at| units[at]);
-            flow.is_ok_and(|flow| tick % flow.interval == 0 && flow.first <= tick)
+        let (units, stream) = (&mut self.units, &mut self.stream);
+        let wants = |frame: &SentFrame| {
+            let at = units.binary_search_by_key(&frame.unit, |flow| flow.unit);
+            at.is_ok_and(|at| units[at].takes(frame))
         };
         let stale = self.ocean.tick() - STALE;
         let taken = self.ocean.ring.take(&mut self.cursor, stale, BURST, wants, |frame| {
@@ -227,7 +221,17 @@ impl Session {
         if taken.jumped {
             self.ocean.metrics.jumped();
         }
+        self.ask_for_keys();
         Ok(())
+    }
+
+    /// Asks for key frames of the units whose frames this client can't read.
+    fn ask_for_keys(&mut self) {
+        let lost: Vec<UnitName> =
+            self.units.iter_mut().filter_map(|flow| flow.is_lost().then_some(flow.unit)).collect();
+        if !lost.is_empty() {
+            self.client.join_units(lost);
+        }
     }
 
     fn send(&mut self, message: Message) {
@@ -318,18 +322,26 @@ impl Session {
         // Read after the engine was told: frames up to here may have left without the new units.
         let begun = self.ocean.tick() + lead();
         let held = std::mem::take(&mut self.units);
+        // Where frames are predicted the first is one of the lowest rate.
+        let first = |unit: &UnitName, interval: i64| {
+            let grid = if unit.codec.predicts() { SLOWEST_INTERVAL } else { interval };
+            (begun / grid + 1) * grid
+        };
         let flow = |(unit, interval): &(UnitName, i64)| {
-            let first = (begun / interval + 1) * interval;
             // A unit that goes on flows without a gap.
-            let known = held.binary_search_by_key(unit, |flow| flow.unit).map(|at| held[at].first);
-            Flow { unit: *unit, interval: *interval, first: known.unwrap_or(first) }
+            let known = held.binary_search_by_key(unit, |flow| flow.unit).map(|at| held[at]);
+            let flow = known.map(|flow| flow.every(*interval));
+            flow.unwrap_or_else(|_| Flow::new(*unit, *interval, first(unit, *interval)))
         };
         self.units = granted.iter().map(flow).collect();
         // Of a unit that was asked for twice the shorter interval stays.
-        self.units.sort_unstable();
+        self.units.sort_unstable_by_key(|flow| (flow.unit, flow.interval));
         self.units.dedup_by_key(|flow| flow.unit);
+        let is_new = |unit: &UnitName| held.binary_search_by_key(unit, |flow| flow.unit).is_err();
+        let new = granted.iter().map(|(unit, _)| *unit).filter(|unit| unit.codec.predicts() && is_new(unit));
+        self.client.join_units(new.collect());
         let slowest = interval_of_rate(subscribe.rate_hz);
-        let from_tick = granted.iter().map(|(_, interval)| (begun / interval + 1) * interval).min();
+        let from_tick = granted.iter().map(|(unit, interval)| first(unit, *interval)).min();
         let from_tick = from_tick.unwrap_or((begun / slowest + 1) * slowest);
         if held.is_empty() {
             self.cursor = self.ocean.ring.at(from_tick);

@@ -71,10 +71,10 @@ impl Subscriptions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wire::Group;
+    use crate::wire::{Codec, Group};
 
     fn unit(level: u8, class: ErrorClass) -> UnitName {
-        UnitName { cascade: 0, level, class, group: Group::Displacement }
+        UnitName { cascade: 0, level, class, group: Group::Displacement, codec: Codec::I16 }
     }
 
     #[test]

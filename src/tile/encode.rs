@@ -1,11 +1,27 @@
-//! Frames of one unit at one tick: header and payload in one piece of bytes that everybody shares.
+//! Frames of one unit, tick after tick: header and payload in one piece of bytes that everybody shares.
+//!
+//! Frames of the lowest rate are predicted from up to three before them, those between from both their neighbours, so
+//! they leave later. All are coded without loss from the counts, so a frame decodes to the same counts however deep its
+//! prediction reached: whoever has not followed is given other frames of the same ticks, and nobody else notices.
+
+use std::collections::VecDeque;
 
 use bytes::Bytes;
-use thiserror::Error;
 
-use super::level::{Tile, averages, row_of, tiles_per_side};
-use crate::pass::quantise::{Found, quantise, quantiser_step};
-use crate::wire::{CODEC_I16, FLAG_KEY, FLAG_SATURATED, FrameHeader, Group, HEADER_BYTES, MAGIC, TILE, UnitName};
+use super::counts::{CountedTile, EncodeError, Plane, counted_tiles, tiles_of};
+use super::deflate::{deflate, residual_bytes};
+use super::fit::fit;
+use super::floats::float_payload;
+use super::history::History;
+use super::level::Tile;
+use super::predict::{Basis, Taps};
+use super::rans;
+use super::residual::Residuals;
+use crate::pass::quantise::quantiser_step;
+use crate::wire::{
+    BETWEEN, Codec, FLAG_KEY, FLAG_SATURATED, FrameHeader, HEADER_BYTES, MAGIC, MAX_DEPTH, SLOWEST_INTERVAL, UnitName,
+    layer_of,
+};
 
 /// What a frame says beside its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,77 +36,213 @@ pub struct Stamp {
     pub layout: u32,
 }
 
-/// A channel of a unit, before tiles are cut.
-#[derive(Clone, Copy, Debug)]
-pub enum Plane<'a> {
-    /// Samples of the unit's level, but foam's of the full grid.
-    Samples(&'a [f32]),
-    /// Counts of the unit's level and step, and what was found while they were made.
-    Counts(&'a [i16], Found),
+/// A frame on its way to clients.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SentFrame {
+    /// Whose.
+    pub unit: UnitName,
+    /// Its tick.
+    pub tick: i64,
+    /// How many frames of the lowest rate must be held to read it; [`BETWEEN`]: those on both sides of it.
+    pub depth: u8,
+    /// All its bytes.
+    pub bytes: Bytes,
 }
 
-/// Why no frame was made. A frame with a wrong number is never sent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub enum EncodeError {
-    /// A sample was not a number, or infinite.
-    #[error("{channel} holds a value that is not finite")]
-    NotFinite {
-        /// The channel's name.
-        channel: &'static str,
-    },
+/// Encodes the frames of one unit.
+#[derive(Debug)]
+pub struct UnitEncoder {
+    unit: UnitName,
+    /// Of each tile.
+    histories: Vec<History>,
+    /// Frames between two of the lowest rate, until they can be predicted: in the order in which they leave.
+    held: VecDeque<(Stamp, Vec<CountedTile>)>,
+    /// Those of `held` that can leave.
+    ready: usize,
+    /// Bit d: somebody needs the next frame of the lowest rate predicted from d frames at most.
+    joining: u8,
+    residuals: Residuals,
 }
 
-/// Encodes one unit: one frame per tile. `n` is the side of the full grid; `planes` are the group's channels, `[z][x]`.
-///
-/// # Errors
-/// [`EncodeError::NotFinite`].
-///
-/// # Panics
-/// If there are fewer planes than the group has channels, or one is not of its grid.
-pub fn encode(unit: UnitName, n: usize, planes: &[Plane], stamp: Stamp) -> Result<Vec<Bytes>, EncodeError> {
-    let level_n = n >> unit.level;
-    let tiles = tiles_per_side(level_n);
-    let side = level_n.min(TILE);
-    (0..tiles * tiles).map(|i| encode_tile(unit, n, planes, stamp, Tile { side, x: i % tiles, z: i / tiles })).collect()
-}
+impl UnitEncoder {
+    /// An encoder that has made nothing yet.
+    pub fn new(unit: UnitName) -> Self {
+        let (held, residuals) = (VecDeque::new(), Residuals::default());
+        Self { unit, histories: Vec::new(), held, ready: 0, joining: 0, residuals }
+    }
 
-fn encode_tile(unit: UnitName, n: usize, planes: &[Plane], stamp: Stamp, tile: Tile) -> Result<Bytes, EncodeError> {
-    let channels = unit.group.channels();
-    let plane_bytes = tile.side * tile.side * 2;
-    let mut frame = vec![0; HEADER_BYTES + channels.len() * plane_bytes];
-    let step = quantiser_step(unit.class, unit.group);
-    let (stride, level_n) = (1 << unit.level, n >> unit.level);
-    let mut flags = FLAG_KEY;
-    let payload = frame[HEADER_BYTES..].chunks_exact_mut(plane_bytes);
-    for ((counts, plane), channel) in payload.zip(planes).zip(channels) {
-        let mut found = Found::default();
-        for (row, counts) in counts.chunks_exact_mut(tile.side * 2).enumerate() {
-            found = found.and(match (*plane, unit.group, stride) {
-                (Plane::Counts(made, found), ..) => {
-                    let row = row_of(made, level_n, tile, row);
-                    for (bytes, count) in counts.as_chunks_mut::<2>().0.iter_mut().zip(row) {
-                        *bytes = count.to_le_bytes();
-                    }
-                    // Found of the whole plane, told of the tiles that hold the largest count.
-                    let clamped = found.saturated && row.iter().any(|count| count.unsigned_abs() == 32767);
-                    Found { saturated: clamped, ..found }
-                }
-                (Plane::Samples(plane), Group::Foam, 2..) => {
-                    quantise(averages(plane, n, stride, tile, row), step, counts)
-                }
-                (Plane::Samples(plane), ..) => {
-                    quantise(row_of(plane, level_n, tile, row).iter().copied(), step, counts)
-                }
-            });
+    /// Somebody joins: the next frame of the lowest rate comes also as a key frame, and those after it as that one
+    /// who joined can read them.
+    pub fn join(&mut self) {
+        self.joining |= 1;
+    }
+
+    /// Takes the unit at one tick and gives the frames that leave now: one for each tile, of one tick or several, the
+    /// deepest predictions of a tick first. `n` is the side of the full grid; `planes` are the group's channels,
+    /// `[z][x]`.
+    ///
+    /// # Errors
+    /// [`EncodeError::NotFinite`]: nothing is made of this tick.
+    ///
+    /// # Panics
+    /// If there are fewer planes than the group has channels, or one is not of its grid, or floats are to be made of
+    /// counts.
+    pub fn take(&mut self, n: usize, planes: &[Plane], stamp: Stamp) -> Result<Vec<SentFrame>, EncodeError> {
+        if self.unit.codec.is_float() {
+            return self.floats(n, planes, stamp);
         }
-        if found.not_finite {
-            return Err(EncodeError::NotFinite { channel });
+        let tiles = counted_tiles(self.unit, n, planes)?;
+        if !self.unit.codec.predicts() {
+            return Ok(self.frames(n, stamp, &tiles, 0));
         }
-        if found.saturated {
-            flags |= FLAG_SATURATED;
+        let mut frames = Vec::new();
+        if layer_of(stamp.tick) == 0 {
+            while self.ready > 0 {
+                self.leave(n, &mut frames);
+            }
+            self.lowest(n, stamp, &tiles, &mut frames);
+        } else {
+            self.held.push_back((stamp, tiles));
+            self.leave(n, &mut frames);
+        }
+        Ok(frames)
+    }
+
+    /// A frame of the lowest rate.
+    fn lowest(&mut self, n: usize, stamp: Stamp, tiles: &[CountedTile], frames: &mut Vec<SentFrame>) {
+        if self.histories.len() != tiles.len() {
+            self.histories = vec![History::default(); tiles.len()];
+        }
+        let depths = self.histories.iter().zip(tiles).map(|(past, tile)| past.depth(stamp.tick, tile.counts.len()));
+        let depth = depths.min().unwrap_or(0);
+        frames.extend(self.frames(n, stamp, tiles, depth));
+        let joining = self.joining;
+        for less in (0..depth).rev().filter(|less| joining >> less & 1 == 1) {
+            frames.extend(self.frames(n, stamp, tiles, less));
+        }
+        self.joining = self.joining << 1 & ((1 << MAX_DEPTH) - 1);
+        self.keep(stamp.tick, tiles);
+        // What lies between this one and the one before can leave from now on: halves before quarters.
+        self.held.retain(|(held, _)| (0..SLOWEST_INTERVAL).contains(&(stamp.tick - held.tick)) && depth > 0);
+        self.held.make_contiguous().sort_by_key(|(held, _)| (layer_of(held.tick), held.tick));
+        self.ready = self.held.len();
+    }
+
+    /// The next frame that can leave, if there is one.
+    fn leave(&mut self, n: usize, frames: &mut Vec<SentFrame>) {
+        if self.ready == 0 {
+            return;
+        }
+        self.ready -= 1;
+        let Some((stamp, tiles)) = self.held.pop_front() else { return };
+        // Where a neighbour was passed over there is nothing to predict from.
+        let samples = tiles.iter().map(|tile| tile.tile.side.pow(2));
+        let mut each = self.histories.iter().zip(samples);
+        if each.all(|(history, samples)| history.basis(stamp.tick, BETWEEN, 0, samples).is_some()) {
+            frames.extend(self.frames(n, stamp, &tiles, BETWEEN));
+            self.keep(stamp.tick, &tiles);
         }
     }
-    let per_channel = |value: f32| std::array::from_fn(|i| if i < channels.len() { value } else { 0.0 });
+
+    fn keep(&mut self, tick: i64, tiles: &[CountedTile]) {
+        for (history, tile) in self.histories.iter_mut().zip(tiles) {
+            history.keep(tick, tile.counts.clone());
+        }
+    }
+
+    fn frames(&mut self, n: usize, stamp: Stamp, tiles: &[CountedTile], depth: u8) -> Vec<SentFrame> {
+        let Self { unit, histories, residuals, .. } = self;
+        let unit = *unit;
+        let none = History::default();
+        let frame = |(i, tile): (usize, &CountedTile)| {
+            let mut bytes = vec![0; HEADER_BYTES];
+            match unit.codec {
+                Codec::Rans | Codec::Deflate => {
+                    let history = histories.get(i).unwrap_or(&none);
+                    let side = tile.tile.side;
+                    let basis = |channel| history.basis(stamp.tick, depth, channel, side * side).expect("it is held");
+                    match unit.codec {
+                        Codec::Rans => write_rans(&tile.counts, side, basis, residuals, &mut bytes),
+                        _ => write_deflate(&tile.counts, side, basis, &mut bytes),
+                    }
+                }
+                _ => bytes.extend(tile.counts.iter().flat_map(|count| count.to_le_bytes())),
+            }
+            let look = Look {
+                step: quantiser_step(unit.class, unit.group),
+                max_error: [unit.class.max_error(unit.group); 3],
+                flags: if tile.saturated { FLAG_SATURATED } else { 0 },
+                depth,
+            };
+            SentFrame { unit, tick: stamp.tick, depth, bytes: seal(unit, n, stamp, tile.tile, look, bytes) }
+        };
+        tiles.iter().enumerate().map(frame).collect()
+    }
+
+    fn floats(&self, n: usize, planes: &[Plane], stamp: Stamp) -> Result<Vec<SentFrame>, EncodeError> {
+        let samples = planes.iter().map(|plane| match plane {
+            Plane::Samples(samples) => *samples,
+            Plane::Counts(..) => panic!("floats are made of samples"),
+        });
+        let planes: Vec<&[f32]> = samples.collect();
+        let frame = |tile: Tile| {
+            let (payload, max_error) = float_payload(self.unit, n, &planes, tile)?;
+            let mut bytes = vec![0; HEADER_BYTES];
+            bytes.extend(payload);
+            let look = Look { step: 1.0, max_error, flags: 0, depth: 0 };
+            let bytes = seal(self.unit, n, stamp, tile, look, bytes);
+            Ok(SentFrame { unit: self.unit, tick: stamp.tick, depth: 0, bytes })
+        };
+        tiles_of(self.unit, n).map(frame).collect()
+    }
+}
+
+/// Taps and coded residuals of all channels.
+fn write_rans<'a>(
+    counts: &[i16],
+    n: usize,
+    basis: impl Fn(usize) -> Basis<'a>,
+    residuals: &mut Residuals,
+    bytes: &mut Vec<u8>,
+) {
+    for (channel, counts) in counts.chunks_exact(n * n).enumerate() {
+        let basis = basis(channel);
+        let taps = fit(counts, basis, n);
+        write_taps(taps, false, bytes);
+        residuals.take(counts, basis, taps, n);
+        rans::encode(residuals, bytes);
+    }
+}
+
+/// Taps of all channels, then all their residuals in one deflate stream.
+fn write_deflate<'a>(counts: &[i16], n: usize, basis: impl Fn(usize) -> Basis<'a>, bytes: &mut Vec<u8>) {
+    let mut residuals = Vec::with_capacity(counts.len());
+    for (channel, counts) in counts.chunks_exact(n * n).enumerate() {
+        let basis = basis(channel);
+        // In space the taps of this coding are fixed.
+        let taps = if let Basis::Space = basis { Taps::default() } else { fit(counts, basis, n) };
+        let wide = residual_bytes(counts, basis, taps, n, &mut residuals);
+        write_taps(taps, wide, bytes);
+    }
+    deflate(&residuals, bytes);
+}
+
+fn write_taps(taps: Taps, wide: bool, bytes: &mut Vec<u8>) {
+    taps.0.iter().for_each(|tap| bytes.extend(tap.to_le_bytes()));
+    bytes.extend([u8::from(wide), 0, 0, 0]);
+}
+
+/// What a header says of samples.
+struct Look {
+    step: f32,
+    max_error: [f32; 3],
+    flags: u8,
+    depth: u8,
+}
+
+/// Writes the header over the front of `bytes`, whose rest is the payload.
+fn seal(unit: UnitName, n: usize, stamp: Stamp, tile: Tile, look: Look, mut bytes: Vec<u8>) -> Bytes {
+    let channels = unit.group.channels().len();
     let header = FrameHeader {
         magic: MAGIC,
         header_bytes: HEADER_BYTES as u16,
@@ -98,24 +250,25 @@ fn encode_tile(unit: UnitName, n: usize, planes: &[Plane], stamp: Stamp, tile: T
         level: unit.level,
         class: unit.class.id(),
         group: unit.group.id(),
-        codec: CODEC_I16,
-        flags,
+        codec: unit.codec.id(),
+        flags: look.flags | if look.depth == 0 { FLAG_KEY } else { 0 },
         n: tile.side as u16,
-        level_n: level_n as u16,
+        level_n: (n >> unit.level) as u16,
         tile_x: tile.x as u16,
         tile_z: tile.z as u16,
-        channels: channels.len() as u16,
+        channels: channels as u16,
+        depth: look.depth,
         zero_a: 0,
         tick: stamp.tick as u64,
         epoch: stamp.epoch,
         sequence: stamp.sequence,
         layout: stamp.layout,
-        payload_bytes: (channels.len() * plane_bytes) as u32,
-        step: per_channel(step),
-        max_error: per_channel(unit.class.max_error(unit.group)),
+        payload_bytes: (bytes.len() - HEADER_BYTES) as u32,
+        step: std::array::from_fn(|i| if i < channels { look.step } else { 0.0 }),
+        max_error: std::array::from_fn(|i| if i < channels { look.max_error[i] } else { 0.0 }),
         crc: 0,
         zero_b: 0,
     };
-    header.seal(&mut frame);
-    Ok(Bytes::from(frame))
+    header.seal(&mut bytes);
+    Bytes::from(bytes)
 }

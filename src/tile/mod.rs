@@ -1,11 +1,21 @@
-//! From fields to frames and back: tiles, quantising, and the payload of a frame.
+//! From fields to frames and back: tiles, quantising, prediction, entropy coding, and the payload of a frame.
 //!
-//! Invariant: a frame's bytes depend on (field, unit, tick, epoch, log) and on nothing else, so all clients share them.
+//! Invariant: a frame's bytes depend on (fields of its tick and of the ticks it is predicted from, unit, epoch, log) and
+//! on nothing else, so all clients share them.
 
+mod counts;
 mod decode;
+mod deflate;
 mod encode;
+mod fit;
+mod floats;
+mod history;
 mod level;
+mod predict;
+mod rans;
+mod residual;
 
-pub use decode::{DecodedFrame, decode};
-pub use encode::{EncodeError, Plane, Stamp, encode};
+pub use counts::{EncodeError, Plane};
+pub use decode::{DecodeError, DecodedFrame, Decoder, decode};
+pub use encode::{SentFrame, Stamp, UnitEncoder};
 pub use level::tiles_per_side;

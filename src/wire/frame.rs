@@ -3,7 +3,7 @@
 use bincode::{Decode, Encode};
 use thiserror::Error;
 
-use super::vocabulary::{CODEC_I16, ErrorClass, Group, MAX_TICK, TILE};
+use super::vocabulary::{BETWEEN, Codec, ErrorClass, Group, MAX_DEPTH, MAX_TICK, TILE, layer_of};
 
 /// First four bytes of every frame.
 pub const MAGIC: [u8; 4] = *b"SWF1";
@@ -35,7 +35,8 @@ pub struct FrameHeader {
     pub tile_x: u16,
     pub tile_z: u16,
     pub channels: u16,
-    pub zero_a: u16,
+    pub depth: u8,
+    pub zero_a: u8,
     pub tick: u64,
     pub epoch: u64,
     pub sequence: u64,
@@ -96,7 +97,9 @@ impl FrameHeader {
         must(self.magic == MAGIC, "magic", format!("{:?}", self.magic), "SWF1")?;
         must(usize::from(self.header_bytes) == HEADER_BYTES, "header_bytes", self.header_bytes, HEADER_BYTES)?;
         must(ErrorClass::from_id(self.class).is_some(), "class", self.class, "0 to 3")?;
-        must(self.codec == CODEC_I16, "codec", self.codec, CODEC_I16)?;
+        let Some(codec) = Codec::from_id(self.codec) else {
+            return must(false, "codec", self.codec, "0 to 4");
+        };
         must(self.flags & !(FLAG_KEY | FLAG_SATURATED) == 0, "flags", self.flags, "0 to 3")?;
         let (n, level_n) = (usize::from(self.n), usize::from(self.level_n));
         must((8..=TILE).contains(&n) && n.is_power_of_two(), "n", n, "a power of two, 8 to 256")?;
@@ -113,18 +116,38 @@ impl FrameHeader {
         };
         let channels = group.channels().len();
         must(usize::from(self.channels) == channels, "channels", self.channels, channels)?;
-        must(self.zero_a == 0, "zero at 22", self.zero_a, 0)?;
+        must(self.zero_a == 0, "zero at 23", self.zero_a, 0)?;
         must(self.zero_b == 0, "zero at 84", self.zero_b, 0)?;
         must(self.tick <= MAX_TICK as u64, "tick", self.tick, "at most 2^53 - 1")?;
+        must(self.flags & FLAG_KEY == 0 || self.depth == 0, "depth", self.depth, "0 in a key frame")?;
+        let deepest = match layer_of(self.tick as i64) {
+            _ if !codec.predicts() => 0..=0,
+            0 => 0..=MAX_DEPTH,
+            1 | 2 => BETWEEN..=BETWEEN,
+            _ => 0..=0,
+        };
+        must(
+            self.depth == 0 || deepest.contains(&self.depth),
+            "depth",
+            self.depth,
+            "one that the codec and the tick allow",
+        )?;
         for c in 0..3 {
             let here = c < channels;
             for (field, value) in [("step", self.step[c]), ("max_error", self.max_error[c])] {
-                let ok = if here { value.is_finite() && value > 0.0 } else { value == 0.0 };
-                must(ok, field, value, if here { "finite and above 0" } else { "0 for an absent channel" })?;
+                let ok = match here {
+                    // What was computed is sent as it is.
+                    true if codec == Codec::F32 && field == "max_error" => value == 0.0,
+                    true => value.is_finite() && value > 0.0,
+                    false => value == 0.0,
+                };
+                let bound = if here { "finite and above 0, but 0 for the error of f32" } else { "0: absent channel" };
+                must(ok, field, value, bound)?;
             }
         }
-        let bytes = channels * n * n * 2;
-        must(self.payload_bytes as usize == bytes, "payload_bytes", self.payload_bytes, bytes)?;
+        let bytes = self.payload_bytes as usize;
+        let possible = codec.payload_is_possible(channels * n * n, bytes);
+        must(possible, "payload_bytes", bytes, "what the codec and the samples allow")?;
         must(payload.len() == bytes, "payload", format!("{} bytes", payload.len()), format!("{bytes} bytes"))
     }
 }

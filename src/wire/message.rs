@@ -4,7 +4,7 @@ use serde::{Deserialize, Deserializer, Serialize, de};
 use thiserror::Error;
 
 use super::points::{Points, PointsSubscribed};
-use super::vocabulary::{ErrorClass, Group};
+use super::vocabulary::{Codec, ErrorClass, Group};
 
 /// Largest text message a client may send.
 pub const MAX_MESSAGE_BYTES: usize = 131_072;
@@ -20,6 +20,13 @@ pub struct UnitName {
     pub class: ErrorClass,
     /// Group of channels.
     pub group: Group,
+    /// How its samples are written.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub codec: Codec,
+}
+
+fn is_default(codec: &Codec) -> bool {
+    *codec == Codec::default()
 }
 
 /// A unit and how often it comes.

@@ -21,5 +21,6 @@ pub use points::{
     PointRecord, Points, PointsHeader, PointsSubscribed, read_points, write_points,
 };
 pub use vocabulary::{
-    CODEC_I16, ErrorClass, Group, MAX_TICK, RATES_HZ, REST_TICKS, SLOWEST_INTERVAL, SUBPROTOCOL, TICKS_PER_SECOND, TILE,
+    BETWEEN, Codec, ErrorClass, Group, MAX_DEPTH, MAX_TICK, RATES_HZ, REST_TICKS, SLOWEST_INTERVAL, SUBPROTOCOL,
+    TICKS_PER_SECOND, TILE, layer_of,
 };

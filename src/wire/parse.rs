@@ -9,7 +9,7 @@ use super::message::{
     ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, ServerMessage, Subscribe, Time, UnitName, UnitRate,
 };
 use super::points::{FARTHEST_M, Points};
-use super::vocabulary::{ErrorClass, Group, MAX_TICK};
+use super::vocabulary::{Codec, ErrorClass, Group, MAX_TICK};
 
 /// Why a text from a server is not a message.
 #[derive(Debug, Error)]
@@ -93,13 +93,15 @@ fn units(value: &Json) -> Result<Vec<UnitRate>, ClientError> {
     };
     let unit = |(index, item): (usize, &Json)| {
         let path = format!("units[{index}]");
-        let ([cascade, level, class, group], [rate_hz]) =
-            fields_and(item, &path, ["cascade", "level", "class", "group"], ["rate_hz"])?;
+        let ([cascade, level, class, group], [rate_hz, codec]) =
+            fields_and(item, &path, ["cascade", "level", "class", "group"], ["rate_hz", "codec"])?;
+        let codec = codec.map(|codec| named(codec, &format!("{path}.codec"), Codec::ALL.map(|c| (c.name(), c))));
         let unit = UnitName {
             cascade: whole(cascade, &format!("{path}.cascade"), 255)? as u8,
             level: whole(level, &format!("{path}.level"), 255)? as u8,
             class: named(class, &format!("{path}.class"), ErrorClass::ALL.map(|c| (c.name(), c)))?,
             group: named(group, &format!("{path}.group"), Group::ALL.map(|g| (g.name(), g)))?,
+            codec: codec.transpose()?.unwrap_or_default(),
         };
         let rate = |rate| whole(rate, &format!("{path}.rate_hz"), u64::from(u32::MAX)).map(|rate| rate as u32);
         Ok(UnitRate { unit, rate_hz: rate_hz.map(rate).transpose()? })

@@ -17,8 +17,17 @@ pub const REST_TICKS: i64 = 3 * SLOWEST_INTERVAL;
 pub const MAX_TICK: i64 = (1 << 53) - 1;
 /// Most samples a side of one tile; larger patches are cut.
 pub const TILE: usize = 256;
-/// Codec 0: planes of 16-bit counts.
-pub const CODEC_I16: u8 = 0;
+/// Frames of the lowest rate that a prediction may reach back to.
+pub const MAX_DEPTH: u8 = 3;
+/// Depth of a frame that lies between two others and is predicted from both.
+pub const BETWEEN: u8 = 4;
+
+/// The temporal layer of a tick: 0 where the lowest rate has a frame, 1 halfway between those, 2 halfway between all of
+/// these; higher ones are no frame's. Frames of a layer are predicted from layers below it alone.
+pub fn layer_of(tick: i64) -> u8 {
+    let layer = RATES_HZ.iter().position(|rate| tick % (TICKS_PER_SECOND / i64::from(*rate)) == 0);
+    layer.unwrap_or(RATES_HZ.len()) as u8
+}
 
 /// How far a streamed sample may be from the field it stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -70,6 +79,63 @@ impl ErrorClass {
             Group::Foam => [0.002, 0.004, 0.01, 0.04],
         };
         row[self as usize]
+    }
+}
+
+/// How samples are written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Codec {
+    /// Planes of 16-bit counts, each frame by itself.
+    #[default]
+    I16,
+    /// Counts, predicted from frames before, in interleaved rANS.
+    Rans,
+    /// Counts, predicted from frames before, in Huffman-only deflate.
+    Deflate,
+    /// 16-bit floats as they are, each frame by itself; the error class is without effect.
+    F16,
+    /// 32-bit floats as they are, each frame by itself; the error class is without effect.
+    F32,
+}
+
+impl Codec {
+    /// All codecs; the index is the wire's id.
+    pub const ALL: [Self; 5] = [Self::I16, Self::Rans, Self::Deflate, Self::F16, Self::F32];
+
+    /// The wire's number for this codec.
+    pub fn id(self) -> u8 {
+        self as u8
+    }
+
+    /// The codec with this number.
+    pub fn from_id(id: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(id)).copied()
+    }
+
+    /// The name used in messages.
+    pub fn name(self) -> &'static str {
+        ["i16", "rans", "deflate", "f16", "f32"][self as usize]
+    }
+
+    /// Whether frames are predicted from frames before.
+    pub fn predicts(self) -> bool {
+        matches!(self, Self::Rans | Self::Deflate)
+    }
+
+    /// Whether samples are floats as they were computed, not counts of a step.
+    pub fn is_float(self) -> bool {
+        matches!(self, Self::F16 | Self::F32)
+    }
+
+    /// Whether a payload for so many samples can have this length.
+    pub fn payload_is_possible(self, samples: usize, bytes: usize) -> bool {
+        match self {
+            Self::I16 | Self::F16 => bytes == samples * 2,
+            Self::F32 => bytes == samples * 4,
+            // Where every sample escapes: a symbol, its low bits and the count itself.
+            Self::Rans | Self::Deflate => (1..=samples * 4 + 8192).contains(&bytes),
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use swellcast::engine::{BackendChoice, Batch, Clock, Engine, EngineSettings, Ope
 use swellcast::plan::{Demand, Plan};
 use swellcast::sea::{Sea, Timeline};
 use swellcast::server::Settings;
-use swellcast::wire::{ErrorClass, Group, UnitName};
+use swellcast::wire::{Codec, ErrorClass, Group, UnitName};
 
 use crate::served::{Got, Served, header};
 use crate::support::wind_sea;
@@ -64,7 +64,12 @@ struct Rig {
 }
 
 fn demand() -> Demand {
-    let unit = |group| (UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group }, interval_of_rate(30));
+    let unit = |group| {
+        (
+            UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group, codec: Codec::I16 },
+            interval_of_rate(30),
+        )
+    };
     [Group::Displacement, Group::Foam].map(unit).into()
 }
 

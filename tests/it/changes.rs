@@ -6,7 +6,7 @@ use swellcast::plan::Demand;
 use swellcast::plan::Field;
 use swellcast::scene::{Change, ChangeKind, Scene, preset};
 use swellcast::sea::Timeline;
-use swellcast::wire::{ErrorClass, Group, UnitName};
+use swellcast::wire::{Codec, ErrorClass, Group, UnitName};
 
 use crate::support::plan;
 
@@ -179,7 +179,8 @@ fn a_calm_becomes_a_hurricane_in_no_time_in_a_second_and_in_a_minute() {
         for tick in [at + seconds * SECOND, at + (2 * seconds + 1) * SECOND] {
             assert!(one_by_one.at(tick) == joined.at(tick), "a server that joined later");
             let frames = |timeline: &Timeline| {
-                let unit = |group| UnitName { cascade: 1, level: 0, class: ErrorClass::Millimetre, group };
+                let unit =
+                    |group| UnitName { cascade: 1, level: 0, class: ErrorClass::Millimetre, group, codec: Codec::I16 };
                 let demand = Demand::from([(unit(Group::Displacement), 1), (unit(Group::Slopes), 1)]);
                 let mut stepper = Stepper::new(Box::new(Cpu::new(Some(2))), timeline.clone().into(), 1);
                 stepper.frames(tick, &demand).unwrap().frames

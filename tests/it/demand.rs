@@ -9,7 +9,8 @@ use swellcast::backend::Cpu;
 use swellcast::engine::{Stepper, Work};
 use swellcast::plan::Demand;
 use swellcast::server::Settings;
-use swellcast::wire::{ErrorClass, Group, UnitName, split};
+use swellcast::tile::SentFrame;
+use swellcast::wire::{Codec, ErrorClass, Group, UnitName, split};
 
 use crate::served::{Client, Served, header};
 use crate::support::scene;
@@ -186,7 +187,8 @@ async fn whoever_joins_an_idle_sea_gets_the_foam_of_one_that_never_rested() {
     }
     let timeline = served.ocean.current().timeline;
     let epoch = header(frames.values().next().unwrap().values().next().unwrap()).epoch;
-    let unit = |cascade| UnitName { cascade, level: 0, class: ErrorClass::Millimetre, group: Group::Foam };
+    let unit =
+        |cascade| UnitName { cascade, level: 0, class: ErrorClass::Millimetre, group: Group::Foam, codec: Codec::I16 };
     let demand: Demand = [0, 1, 2].map(|cascade| (unit(cascade), 480)).into();
     let mut old = Stepper::new(Box::new(Cpu::new(Some(1))), Arc::clone(&timeline), epoch);
     old.set_demand(&demand);
@@ -194,7 +196,7 @@ async fn whoever_joins_an_idle_sea_gets_the_foam_of_one_that_never_rested() {
     let mut covered = 0;
     for tick in (first - 30 * 7200..).step_by(480).take_while(|tick| *tick <= *frames.keys().last().unwrap() as i64) {
         while old.warm_foam(tick).unwrap() {}
-        for (unit, frame) in old.frames(tick, &demand).unwrap().frames {
+        for SentFrame { unit, bytes: frame, .. } in old.frames(tick, &demand).unwrap().frames {
             let Some(streamed) = frames.get(&(tick as u64)).and_then(|frames| frames.get(&unit.cascade)) else {
                 continue;
             };

@@ -7,7 +7,7 @@ use swellcast::engine::{Batch, Clock, Engine, EngineSettings};
 use swellcast::plan::Demand;
 use swellcast::scene::{Change, ChangeKind};
 use swellcast::sea::Timeline;
-use swellcast::wire::{ErrorClass, Group, UnitName, split};
+use swellcast::wire::{Codec, ErrorClass, Group, UnitName, split};
 
 use crate::support::wind_sea;
 
@@ -38,7 +38,8 @@ fn a_held_engine_makes_no_tick_that_a_change_would_alter() {
         EngineSettings { threads: Some(1), ..EngineSettings::default() },
         publish,
     );
-    let unit = UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group: Group::Slopes };
+    let unit =
+        UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group: Group::Slopes, codec: Codec::I16 };
     engine.set_demand(Demand::from([(unit, 120)]));
     wait("frames", || *published.lock().unwrap() > 3);
 
@@ -57,8 +58,8 @@ fn a_held_engine_makes_no_tick_that_a_change_would_alter() {
     wait("frames again", || *published.lock().unwrap() > so_far + 3);
     engine.stop();
     for batch in batches.lock().unwrap().iter() {
-        for (_, frame) in &batch.frames {
-            let sequence = split(frame).unwrap().0.sequence;
+        for frame in &batch.frames {
+            let sequence = split(&frame.bytes).unwrap().0.sequence;
             assert_eq!(sequence, u64::from(batch.tick >= effective_tick), "tick {}", batch.tick);
         }
     }

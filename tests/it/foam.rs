@@ -9,7 +9,7 @@ use swellcast::plan::Demand;
 use swellcast::plan::{Field, FieldSet, FoamWork, Plan};
 use swellcast::scene::{Foam, Scene, preset};
 use swellcast::sea::Timeline;
-use swellcast::wire::{ErrorClass, Group, UnitName};
+use swellcast::wire::{Codec, ErrorClass, Group, UnitName};
 
 use crate::random::Random;
 use crate::support::full;
@@ -114,7 +114,13 @@ fn a_loop_closes_to_the_last_bit_foam_included() {
 #[test]
 fn foam_is_the_same_bytes_at_any_frame_rate() {
     let timeline = Arc::new(Timeline::new(&crate::support::wind_sea(16.0, 64, &[300.0, 40.0])));
-    let unit = |cascade| UnitName { cascade, level: 0, class: ErrorClass::HalfMillimetre, group: Group::Foam };
+    let unit = |cascade| UnitName {
+        cascade,
+        level: 0,
+        class: ErrorClass::HalfMillimetre,
+        group: Group::Foam,
+        codec: Codec::I16,
+    };
     let begin = 50 * 7200;
     let frames = |rate: i64| {
         let interval = 7200 / rate;
@@ -124,8 +130,8 @@ fn foam_is_the_same_bytes_at_any_frame_rate() {
         let mut frames = BTreeMap::new();
         for tick in (begin..begin + 2 * 7200).step_by(interval as usize) {
             while stepper.warm_foam(tick).unwrap() {}
-            for (unit, frame) in stepper.frames(tick, &demand).unwrap().frames {
-                frames.insert((tick, unit), frame);
+            for frame in stepper.frames(tick, &demand).unwrap().frames {
+                frames.insert((tick, frame.unit), frame.bytes);
             }
         }
         assert_eq!(frames.len() as i64, 2 * 2 * rate);
@@ -147,7 +153,8 @@ fn foam_that_lives_through_the_end_of_a_loop_is_that_of_a_server_begun_after_it(
         let mut scene = crate::support::wind_sea(18.0, 32, &[60.0]);
         scene.repeat.ticks = ticks;
         let timeline = Arc::new(Timeline::new(&scene));
-        let unit = UnitName { cascade: 0, level: 0, class: ErrorClass::HalfMillimetre, group: Group::Foam };
+        let unit =
+            UnitName { cascade: 0, level: 0, class: ErrorClass::HalfMillimetre, group: Group::Foam, codec: Codec::I16 };
         let interval = 7200 / rate;
         let demand = Demand::from([(unit, interval)]);
         let begin = |tick: i64| {

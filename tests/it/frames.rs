@@ -10,15 +10,15 @@ use swellcast::plan::{Field, FieldSet};
 use swellcast::reference;
 use swellcast::scene::{Change, ChangeKind, Foam, preset};
 use swellcast::sea::Timeline;
-use swellcast::tile::{Plane, Stamp, decode, encode};
-use swellcast::wire::{ErrorClass, FLAG_SATURATED, Group, UnitName, split};
+use swellcast::tile::{Plane, SentFrame, Stamp, UnitEncoder, decode};
+use swellcast::wire::{Codec, ErrorClass, FLAG_SATURATED, Group, UnitName, split};
 
 use crate::support::{max_error, wind_sea};
 
 const INTERVAL: i64 = 240;
 
 fn unit(cascade: u8, group: Group) -> UnitName {
-    UnitName { cascade, level: 0, class: ErrorClass::Millimetre, group }
+    UnitName { cascade, level: 0, class: ErrorClass::Millimetre, group, codec: Codec::I16 }
 }
 
 fn everything(cascades: u8) -> Demand {
@@ -32,7 +32,7 @@ fn stepper(timeline: &Timeline, demand: &Demand) -> Stepper {
 }
 
 fn by_unit(batch: Batch) -> BTreeMap<UnitName, bytes::Bytes> {
-    batch.frames.into_iter().collect()
+    batch.frames.into_iter().map(|frame| (frame.unit, frame.bytes)).collect()
 }
 
 #[test]
@@ -112,7 +112,7 @@ fn every_sample_keeps_the_error_its_frame_promises() {
     for class in ErrorClass::ALL {
         for group in [Group::Displacement, Group::Slopes, Group::Derivatives] {
             for level in 0..whole {
-                demand.insert(UnitName { cascade: 0, level, class, group }, INTERVAL);
+                demand.insert(UnitName { cascade: 0, level, class, group, codec: Codec::I16 }, INTERVAL);
             }
         }
     }
@@ -123,7 +123,7 @@ fn every_sample_keeps_the_error_its_frame_promises() {
     };
     let batch = stepper.frames(tick, &demand).unwrap();
     assert_eq!(batch.frames.len(), demand.len());
-    for (unit, frame) in batch.frames {
+    for SentFrame { unit, bytes: frame, .. } in batch.frames {
         let decoded = decode(&frame).unwrap();
         let (n, stride) = (usize::from(decoded.header.n), 1 << unit.level);
         for (c, field) in fields(unit.group).into_iter().enumerate() {
@@ -149,8 +149,8 @@ fn a_large_patch_is_cut_into_tiles_that_cover_it() {
     assert_eq!(batch.frames.len(), 4);
     let surface = stepper.surface(0, FieldSet::of(&[Field::SlopeX])).unwrap();
     let plane = surface.cascades[0].plane(Field::SlopeX).unwrap();
-    for (_, frame) in batch.frames {
-        let tile = decode(&frame).unwrap();
+    for frame in batch.frames {
+        let tile = decode(&frame.bytes).unwrap();
         let (x, z) = (usize::from(tile.header.tile_x) * 256, usize::from(tile.header.tile_z) * 256);
         assert_eq!((tile.header.n, tile.header.level_n), (256, 512));
         for (i, value) in tile.planes[0].iter().enumerate() {
@@ -170,11 +170,13 @@ fn no_demand_is_no_work() {
 
 #[test]
 fn what_can_not_be_told_is_flagged_or_refused() {
-    let unit = UnitName { cascade: 0, level: 0, class: ErrorClass::HalfMillimetre, group: Group::Slopes };
+    let unit =
+        UnitName { cascade: 0, level: 0, class: ErrorClass::HalfMillimetre, group: Group::Slopes, codec: Codec::I16 };
     let stamp = Stamp { tick: 0, epoch: 1, sequence: 0, layout: 0 };
     let calm = vec![0.1_f32; 64];
     let flags = |plane: &[f32]| {
-        encode(unit, 8, &[plane, &calm].map(Plane::Samples), stamp).map(|frames| split(&frames[0]).unwrap().0.flags)
+        let frames = UnitEncoder::new(unit).take(8, &[plane, &calm].map(Plane::Samples), stamp);
+        frames.map(|frames| split(&frames[0].bytes).unwrap().0.flags)
     };
     assert_eq!(flags(&calm).unwrap() & FLAG_SATURATED, 0);
     for value in [1e6, -1e6, 3e38, f32::MIN] {
@@ -191,7 +193,7 @@ fn what_can_not_be_told_is_flagged_or_refused() {
     for value in [-0.0, 1e-45, -1e-45, f32::MIN_POSITIVE] {
         let mut plane = calm.clone();
         plane[0] = value;
-        let frames = encode(unit, 8, &[&plane[..], &calm].map(Plane::Samples), stamp).unwrap();
-        assert_eq!(split(&frames[0]).unwrap().1[..2], [0, 0]);
+        let frames = UnitEncoder::new(unit).take(8, &[&plane[..], &calm].map(Plane::Samples), stamp).unwrap();
+        assert_eq!(split(&frames[0].bytes).unwrap().1[..2], [0, 0]);
     }
 }

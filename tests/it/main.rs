@@ -4,6 +4,7 @@ mod api;
 mod backends;
 mod changes;
 mod client;
+mod codec;
 mod contract;
 mod control;
 mod cpu;

@@ -9,7 +9,7 @@ use swellcast::plan::Demand;
 use swellcast::scene::KEEP_TICKS;
 use swellcast::sea::Timeline;
 use swellcast::tile::decode;
-use swellcast::wire::{ErrorClass, Group, REST_TICKS, UnitName, split};
+use swellcast::wire::{Codec, ErrorClass, Group, REST_TICKS, UnitName, split};
 
 use crate::relayout::layout;
 use crate::support::scene;
@@ -28,7 +28,9 @@ fn before() -> Timeline {
 
 /// All groups of both layouts.
 fn demand() -> Demand {
-    let unit = |cascade, group| (UnitName { cascade, level: 0, class: ErrorClass::HalfMillimetre, group }, INTERVAL);
+    let unit = |cascade, group| {
+        (UnitName { cascade, level: 0, class: ErrorClass::HalfMillimetre, group, codec: Codec::I16 }, INTERVAL)
+    };
     [0, 8].into_iter().flat_map(|cascade| Group::ALL.map(|group| unit(cascade, group))).collect()
 }
 
@@ -42,7 +44,7 @@ fn stepper(timeline: Timeline) -> Stepper {
 fn frames(stepper: &mut Stepper, tick: i64) -> (Vec<(UnitName, Bytes)>, u64) {
     while stepper.warm_foam(tick).unwrap() {}
     let batch = stepper.frames(tick, &demand()).unwrap();
-    (batch.frames, batch.work.transforms)
+    (batch.frames.into_iter().map(|frame| (frame.unit, frame.bytes)).collect(), batch.work.transforms)
 }
 
 fn cascades(frames: &[(UnitName, Bytes)]) -> Vec<u8> {
@@ -147,7 +149,8 @@ fn a_number_that_is_used_again_is_another_cascade() {
     lived.set_timeline(Arc::new(third.clone()));
     let mut late = stepper(third);
     // Level 2 of 64 samples was a level; of 16 it is none.
-    let gone = UnitName { cascade: 0, level: 2, class: ErrorClass::Millimetre, group: Group::Slopes };
+    let gone =
+        UnitName { cascade: 0, level: 2, class: ErrorClass::Millimetre, group: Group::Slopes, codec: Codec::I16 };
     for tick in (again - 2 * INTERVAL..again + 3 * SECOND).step_by(INTERVAL as usize) {
         let ours = frames(&mut lived, tick).0;
         assert!(ours == frames(&mut late, tick).0, "at tick {tick}");

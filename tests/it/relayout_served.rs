@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use swellcast::client::{Connection, Event, Footing, Patch, Playback, Point};
 use swellcast::engine::Clock;
 use swellcast::server::Settings;
-use swellcast::wire::{ErrorClass, Group, UnitName};
+use swellcast::wire::{Codec, ErrorClass, Group, UnitName};
 
 use crate::served::{Answer, Client, Got, PATIENCE, SMALL, Served, header};
 use crate::support::scene;
@@ -200,6 +200,7 @@ async fn the_thin_client_goes_from_one_layout_to_the_next_without_a_gap() {
                         level: 0,
                         class: ErrorClass::HalfMillimetre,
                         group: Group::Displacement,
+                        codec: Codec::Rans,
                     };
                     connection.subscribe(15, hello.layout.cascades.iter().map(unit).collect()).await;
                     hellos.push(*hello);

@@ -14,7 +14,8 @@ use swellcast::control::Store;
 use swellcast::engine::Stepper;
 use swellcast::plan::Demand;
 use swellcast::sea::Timeline;
-use swellcast::wire::{ErrorClass, Group, UnitName};
+use swellcast::tile::SentFrame;
+use swellcast::wire::{Codec, ErrorClass, Group, UnitName};
 use tokio::net::TcpStream;
 
 use crate::served::{Client, header};
@@ -83,7 +84,7 @@ async fn watch(client: &mut Client, foam: usize) -> Frames {
 fn recompute(data: &Path, frames: &Frames) {
     let begun = Store::open(data).unwrap().begun().unwrap().unwrap();
     let timeline = Timeline::replay(&begun.scene, &begun.changes, 0);
-    let unit = |group| UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group };
+    let unit = |group| UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group, codec: Codec::I16 };
     let demand: Demand = Group::ALL.map(|group| (unit(group), 240)).into();
     let mut stepper = Stepper::new(Box::new(Cpu::new(Some(1))), Arc::new(timeline), begun.epoch.id);
     stepper.set_demand(&demand);
@@ -92,7 +93,7 @@ fn recompute(data: &Path, frames: &Frames) {
     let mut compared = 0;
     for tick in ticks {
         while stepper.warm_foam(tick as i64).unwrap() {}
-        for (unit, here) in stepper.frames(tick as i64, &demand).unwrap().frames {
+        for SentFrame { unit, bytes: here, .. } in stepper.frames(tick as i64, &demand).unwrap().frames {
             if let Some(there) = frames.get(&(tick, unit.group.id())) {
                 assert!(here == there, "{} differs at tick {tick}", unit.group.name());
                 compared += 1;

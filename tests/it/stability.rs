@@ -11,7 +11,7 @@ use swellcast::plan::Demand;
 use swellcast::plan::{Field, FieldSet};
 use swellcast::scene::{Model, Scene, SceneError, SceneFile};
 use swellcast::sea::Timeline;
-use swellcast::wire::{ErrorClass, Group, MAX_TICK, UnitName};
+use swellcast::wire::{Codec, ErrorClass, Group, MAX_TICK, UnitName};
 
 use crate::support::{DAY, TEN_YEARS};
 use table::{CASES, Must};
@@ -95,14 +95,16 @@ fn bounded(timeline: &Timeline, hs: f64, ticks: &[i64]) -> Result<(), String> {
 fn frames_are_made(stepper: &mut Stepper, timeline: &Timeline, ticks: &[i64]) -> Result<(), String> {
     let foam = timeline.scene().effects.foam.is_some();
     let groups = Group::ALL.into_iter().filter(|group| foam || *group != Group::Foam);
-    let unit = |cascade, group| (UnitName { cascade, level: 0, class: ErrorClass::HalfMillimetre, group }, 1);
+    let unit = |cascade, group| {
+        (UnitName { cascade, level: 0, class: ErrorClass::HalfMillimetre, group, codec: Codec::I16 }, 1)
+    };
     let numbers: Vec<u8> = timeline.layout().cascades.iter().map(|cascade| cascade.index).collect();
     let demand: Demand = groups.flat_map(|group| numbers.iter().map(move |n| unit(*n, group))).collect();
     stepper.set_demand(&demand);
     for &tick in ticks {
         while stepper.warm_foam(tick).map_err(|e| e.to_string())? {}
         let batch = stepper.frames(tick, &demand).map_err(|e| e.to_string())?;
-        let units: std::collections::BTreeSet<_> = batch.frames.iter().map(|(unit, _)| *unit).collect();
+        let units: std::collections::BTreeSet<_> = batch.frames.iter().map(|frame| frame.unit).collect();
         if batch.refused > 0 || units.len() != demand.len() {
             return Err(format!(
                 "{} of {} frames, {} refused, at tick {tick}",
@@ -171,7 +173,8 @@ fn a_sea_that_lies_is_found_out() {
 fn time_may_jump_by_hours_either_way() {
     let timeline = Timeline::new(&crate::support::wind_sea(14.0, 32, &[200.0, 40.0]));
     let units = [Group::Displacement, Group::Foam];
-    let unit = |group| (UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group }, 240);
+    let unit =
+        |group| (UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group, codec: Codec::I16 }, 240);
     let demand: Demand = units.map(unit).into();
     let fresh = |tick: i64| {
         let mut stepper = Stepper::new(Box::new(Cpu::new(Some(1))), timeline.clone().into(), 1);
@@ -188,5 +191,5 @@ fn time_may_jump_by_hours_either_way() {
 fn frames(stepper: &mut Stepper, tick: i64, demand: &Demand) -> Vec<(UnitName, bytes::Bytes)> {
     stepper.set_demand(demand);
     while stepper.warm_foam(tick).unwrap() {}
-    stepper.frames(tick, demand).unwrap().frames
+    stepper.frames(tick, demand).unwrap().frames.into_iter().map(|frame| (frame.unit, frame.bytes)).collect()
 }

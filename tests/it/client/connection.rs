@@ -7,8 +7,9 @@ use std::time::Duration;
 use futures_util::{SinkExt, StreamExt};
 use http::{HeaderValue, header::SEC_WEBSOCKET_PROTOCOL};
 use swellcast::client::{Closed, ConnectError, Connection, Event};
+use swellcast::tile::DecodeError;
 use swellcast::wire::{
-    ClientMessage, ErrorClass, FrameError, Group, SUBPROTOCOL, ServerMessage, Subscribed, TimeAnswer, UnitName,
+    ClientMessage, Codec, ErrorClass, FrameError, Group, SUBPROTOCOL, ServerMessage, Subscribed, TimeAnswer, UnitName,
 };
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
@@ -54,7 +55,7 @@ fn hello() -> String {
 }
 
 fn unit() -> UnitName {
-    UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group: Group::Foam }
+    UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group: Group::Foam, codec: Codec::I16 }
 }
 
 /// A clock that advances a millisecond whenever it is read.
@@ -129,8 +130,8 @@ fn everything_a_server_says_becomes_an_event() {
                     assert!(tile.planes[0].iter().zip(&sample.planes[0]).all(|(v, c)| *v == f32::from(*c) * step));
                     frames += 1;
                 }
-                Event::BadFrame(FrameError::Crc { .. }) => heard.push("crc"),
-                Event::BadFrame(FrameError::Short { got: 0 }) => heard.push("empty"),
+                Event::BadFrame(DecodeError::Frame(FrameError::Crc { .. })) => heard.push("crc"),
+                Event::BadFrame(DecodeError::Frame(FrameError::Short { got: 0 })) => heard.push("empty"),
                 Event::BadText(_) => heard.push("text"),
                 Event::Error { .. } => heard.push("error"),
                 Event::Closed(closed) => break closed,

@@ -6,7 +6,7 @@ use swellcast::client::{Connection, Event, WatchArguments, watch};
 use swellcast::engine::Clock;
 use swellcast::server::Settings;
 use swellcast::tile::DecodedFrame;
-use swellcast::wire::{ErrorClass, Group, UnitName};
+use swellcast::wire::{Codec, ErrorClass, Group, UnitName};
 
 use crate::served::{PATIENCE, SMALL, Served};
 use crate::support::scene;
@@ -48,7 +48,8 @@ async fn watch_reports_the_sea_that_is_served() {
 async fn two_clients_agree_on_time_and_water() {
     let served = Served::start(&scene(SMALL), Settings::default()).await;
     let url = format!("http://{}", served.address);
-    let unit = UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group: Group::Displacement };
+    let unit =
+        UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group: Group::Displacement, codec: Codec::I16 };
     let listen = async |url: String| {
         let mut connection = Connection::open(&url, now()).await.unwrap();
         let mut frames = BTreeMap::<u64, DecodedFrame>::new();

@@ -2,7 +2,7 @@
 
 use swellcast::client::{Footing, MAX_SAMPLES, Playback, RING, TileKey};
 use swellcast::tile::DecodedFrame;
-use swellcast::wire::{ErrorClass, Group, Hello, ServerMessage, UnitName};
+use swellcast::wire::{Codec, ErrorClass, Group, Hello, ServerMessage, UnitName};
 
 use crate::random::Random;
 use crate::vectors::{from_server, samples};
@@ -14,7 +14,7 @@ fn hello() -> Hello {
 }
 
 fn unit(cascade: u8, level: u8, group: Group) -> UnitName {
-    UnitName { cascade, level, class: ErrorClass::Millimetre, group }
+    UnitName { cascade, level, class: ErrorClass::Millimetre, group, codec: Codec::I16 }
 }
 
 fn playback() -> Playback {

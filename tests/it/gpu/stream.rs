@@ -11,8 +11,8 @@ use swellcast::pass::quantise::{quantise, quantiser_step};
 use swellcast::plan::Demand;
 use swellcast::plan::Field;
 use swellcast::sea::Timeline;
-use swellcast::tile::decode;
-use swellcast::wire::{ErrorClass, Group, POINTS_HEADER_BYTES, UnitName};
+use swellcast::tile::{SentFrame, decode};
+use swellcast::wire::{Codec, ErrorClass, Group, POINTS_HEADER_BYTES, UnitName};
 
 use super::gpu;
 use crate::support::{plan, wind_sea};
@@ -22,7 +22,7 @@ fn demand(cascades: u8) -> Demand {
     let mut demand = Demand::new();
     for (cascade, group) in (0..cascades).flat_map(|c| Group::ALL.map(|g| (c, g))) {
         for (level, class) in [(0, ErrorClass::Millimetre), (1, ErrorClass::FiveMillimetres)] {
-            demand.insert(UnitName { cascade, level, class, group }, 240);
+            demand.insert(UnitName { cascade, level, class, group, codec: Codec::I16 }, 240);
         }
     }
     demand
@@ -37,7 +37,7 @@ fn frames(backend: Box<dyn Backend>, timeline: &Timeline, tick: i64) -> BTreeMap
     let batch = stepper.frames(tick, &demand).unwrap();
     assert_eq!((batch.refused, batch.tick), (0, tick));
     let mut planes = BTreeMap::new();
-    for (unit, frame) in batch.frames {
+    for SentFrame { unit, bytes: frame, .. } in batch.frames {
         let decoded = decode(&frame).unwrap();
         let (_, plane) = planes.entry(unit).or_insert((decoded.header.step[0], Vec::new()));
         plane.extend(decoded.planes.concat());
@@ -118,7 +118,8 @@ fn a_device_destroyed_in_mid_stream_costs_no_tick() {
         return;
     }
     let timeline = Arc::new(Timeline::new(&wind_sea(14.0, 32, &[120.0])));
-    let unit = UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group: Group::Displacement };
+    let unit =
+        UnitName { cascade: 0, level: 0, class: ErrorClass::Millimetre, group: Group::Displacement, codec: Codec::I16 };
     let demand = Demand::from([(unit, interval_of_rate(15))]);
     let (tell, loss) = channel();
     let tell = Mutex::new(tell);
@@ -168,9 +169,9 @@ fn as_few_samples_differ_as_their_difference_is_small() {
         let step = quantiser_step(ErrorClass::HalfMillimetre, group);
         let [got, want] = [&got, &want].map(|surface| surface.cascades[0].plane(field).unwrap());
         let counts = |plane: &[f32]| {
-            let mut bytes = vec![0; 2 * plane.len()];
-            quantise(plane.iter().copied(), step, &mut bytes);
-            bytes.as_chunks::<2>().0.iter().map(|bytes| i16::from_le_bytes(*bytes)).collect::<Vec<_>>()
+            let mut counts = vec![0i16; plane.len()];
+            quantise(plane.iter().copied(), step, &mut counts);
+            counts
         };
         let mean = got.iter().zip(want).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / got.len() as f64;
         let apart: Vec<i32> =

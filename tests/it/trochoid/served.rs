@@ -5,14 +5,14 @@ use std::sync::Arc;
 use super::*;
 use swellcast::engine::{ProbeFields, ProbeMethod, Prober, Stepper, Work};
 use swellcast::plan::{Demand, fields_of};
-use swellcast::tile::decode;
-use swellcast::wire::{ErrorClass, Group, UnitName};
+use swellcast::tile::{SentFrame, decode};
+use swellcast::wire::{Codec, ErrorClass, Group, UnitName};
 
 #[test]
 fn the_backend_serves_the_model_foam_included_and_without_a_transform() {
     let scene = preset("trochoid").unwrap();
     let timeline = Arc::new(Timeline::new(&scene));
-    let unit = |level, group| UnitName { cascade: 0, level, class: ErrorClass::Millimetre, group };
+    let unit = |level, group| UnitName { cascade: 0, level, class: ErrorClass::Millimetre, group, codec: Codec::I16 };
     let demand: Demand =
         Group::ALL.into_iter().flat_map(|group| [(unit(0, group), 240), (unit(2, group), 240)]).collect();
     let mut stepper = Stepper::new(Box::new(Cpu::new(Some(2))), Arc::clone(&timeline), 1);
@@ -23,7 +23,7 @@ fn the_backend_serves_the_model_foam_included_and_without_a_transform() {
     assert_eq!((batch.frames.len(), batch.refused, batch.work), (demand.len(), 0, Work::default()));
     let sea = timeline.at(tick);
     let trochoids = Trochoids::new(&sea.cascades[0], &sea);
-    for (unit, frame) in &batch.frames {
+    for SentFrame { unit, bytes: frame, .. } in &batch.frames {
         if unit.group == Group::Foam {
             continue;
         }

@@ -21,7 +21,15 @@ pub fn all() -> Vec<Bad> {
         ("header-bytes", "header_bytes", "the header says it is 96 bytes", with(&|h| h.header_bytes = 96)),
         ("class", "class", "there is no class 4", with(&|h| h.class = 4)),
         ("group", "group", "there is no group 9", with(&|h| h.group = 9)),
-        ("codec", "codec", "there is no codec 1", with(&|h| h.codec = 1)),
+        ("codec", "codec", "there is no codec 5", with(&|h| h.codec = 5)),
+        ("depth-of-key", "depth", "a key frame that is predicted", with(&|h| (h.codec, h.depth) = (1, 1))),
+        ("depth-of-counts", "depth", "counts that are predicted", with(&|h| (h.flags, h.depth) = (0, 1))),
+        ("depth-between", "depth", "between two others at a tick of the lowest rate", {
+            with(&|h| (h.flags, h.codec, h.depth) = (0, 1, 4))
+        }),
+        ("depth-past", "depth", "from the past at a tick between two others", {
+            with(&|h| (h.flags, h.codec, h.depth, h.tick) = (0, 1, 2, 240))
+        }),
         ("flags", "flags", "bit 2 of the flags is not defined", with(&|h| h.flags = 0b101)),
         ("n-zero", "n", "n is 0", with(&|h| (h.n, h.level_n, h.payload_bytes) = (0, 0, 0))),
         ("n-not-a-power", "n", "n is 12", with(&|h| (h.n, h.level_n) = (12, 12))),
@@ -38,7 +46,7 @@ pub fn all() -> Vec<Bad> {
         ("channels-none", "channels", "no channels", with(&|h| h.channels = 0)),
         ("channels-many", "channels", "4 channels", with(&|h| h.channels = 4)),
         ("channels-of-other-group", "channels", "slopes with 3 channels", sealed(pair, |h| h.channels = 3)),
-        ("zero-at-22", "zero at 22", "bytes 22 and 23 are not zero", with(&|h| h.zero_a = 1)),
+        ("zero-at-23", "zero at 23", "byte 23 is not zero", with(&|h| h.zero_a = 1)),
         ("zero-at-84", "zero at 84", "bytes 84 to 87 are not zero", with(&|h| h.zero_b = 0x8000_0000)),
         ("tick-2-53", "tick", "tick is 2^53", with(&|h| h.tick = MAX_TICK as u64 + 1)),
         ("tick-negative", "tick", "tick is above any a double holds", with(&|h| h.tick = u64::MAX)),

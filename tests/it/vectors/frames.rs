@@ -2,9 +2,7 @@
 
 use serde::Serialize;
 use serde_json::{Value, json};
-use swellcast::wire::{
-    CODEC_I16, ErrorClass, FLAG_KEY, FLAG_SATURATED, FrameHeader, Group, HEADER_BYTES, MAGIC, MAX_TICK,
-};
+use swellcast::wire::{Codec, ErrorClass, FLAG_KEY, FLAG_SATURATED, FrameHeader, Group, HEADER_BYTES, MAGIC, MAX_TICK};
 
 /// A frame before it is bytes.
 pub struct Sample {
@@ -40,13 +38,14 @@ fn header(group: Group, class: ErrorClass, n: u16, tick: u64) -> FrameHeader {
         level: 0,
         class: class.id(),
         group: group.id(),
-        codec: CODEC_I16,
+        codec: Codec::I16.id(),
         flags: FLAG_KEY,
         n,
         level_n: n,
         tile_x: 0,
         tile_z: 0,
         channels: channels as u16,
+        depth: 0,
         zero_a: 0,
         tick,
         epoch: 0x0123_4567_89ab_cdef,
@@ -127,6 +126,7 @@ struct Fields {
     tile_x: u16,
     tile_z: u16,
     channels: u16,
+    depth: u8,
     tick: String,
     epoch: String,
     sequence: String,
@@ -155,6 +155,7 @@ pub fn describe(sample: &Sample) -> String {
         tile_x: h.tile_x,
         tile_z: h.tile_z,
         channels: h.channels,
+        depth: h.depth,
         tick: h.tick.to_string(),
         epoch: h.epoch.to_string(),
         sequence: h.sequence.to_string(),

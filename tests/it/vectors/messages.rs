@@ -2,13 +2,13 @@
 
 use serde_json::json;
 use swellcast::wire::{
-    ClientMessage, ErrorClass, ErrorCode, Group, Hello, HelloCascade, HelloDetail, HelloLayout, Limits,
+    ClientMessage, Codec, ErrorClass, ErrorCode, Group, Hello, HelloCascade, HelloDetail, HelloLayout, Limits,
     MAX_MESSAGE_BYTES, MAX_TICK, Points, PointsSubscribed, ServerMessage, Status, Subscribe, Subscribed,
     TICKS_PER_SECOND, Time, TimeAnswer, UnitName, UnitRate, WindStatus, WireChange, WireChangeKind,
 };
 
 fn unit(cascade: u8, level: u8, class: ErrorClass, group: Group) -> UnitName {
-    UnitName { cascade, level, class, group }
+    UnitName { cascade, level, class, group, codec: Codec::I16 }
 }
 
 /// What a client may say, and the same as text.

@@ -1,0 +1,134 @@
+//! What the codec's frames cost: bytes, time on one core, and how far samples are off, on whole seconds of sea.
+//!
+//! `cargo bench --bench encode`. Rounds of all streams are interleaved, so that a noisy machine troubles all alike.
+#![allow(clippy::disallowed_methods, missing_docs, reason = "a bench measures time")]
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Instant;
+
+use swellcast::backend::Cpu;
+use swellcast::engine::{Stepper, interval_of_rate};
+use swellcast::plan::Demand;
+use swellcast::scene::{Scene, SceneFile, preset};
+use swellcast::sea::Timeline;
+use swellcast::tile::{Decoder, Plane, Stamp, UnitEncoder, decode};
+use swellcast::wire::{Codec, ErrorClass, Group, SLOWEST_INTERVAL, TICKS_PER_SECOND, UnitName};
+
+const GROUPS: [Group; 3] = [Group::Displacement, Group::Slopes, Group::Foam];
+const SECONDS: i64 = 2;
+const BEGIN: i64 = 100 * TICKS_PER_SECOND;
+
+/// Planes of each group of a cascade, by tick.
+type Seconds = BTreeMap<i64, Vec<Vec<Vec<f32>>>>;
+
+fn main() {
+    for (name, scene) in scenes() {
+        let timeline = Arc::new(Timeline::new(&scene));
+        for cascade in 0..timeline.layout().cascades.len() {
+            let n = timeline.layout().cascades[cascade].n;
+            let sea = seconds(&timeline, cascade as u8);
+            for codec in [Codec::Rans, Codec::Deflate, Codec::I16] {
+                for (class, rate) in [(ErrorClass::Millimetre, 30), (ErrorClass::FiveMillimetres, 15)] {
+                    measure(&format!("{name}.{cascade}"), n, &sea, codec, class, rate);
+                }
+            }
+        }
+    }
+}
+
+fn scenes() -> Vec<(&'static str, Scene)> {
+    let patch = |metres: u32| {
+        let text = format!(
+            "name = \"reference\"\n[wind]\nspeed_mps = 12.0\nfetch_m = 200e3\n\
+             [cascades]\nn = 256\nband_limit = 1.0\npatches_m = [{metres}]\n"
+        );
+        SceneFile::from_toml(&text).expect("a scene").check(None).expect("a scene")
+    };
+    vec![("250m", patch(250)), ("20m", patch(20)), ("default", preset("beaufort-5").expect("a preset"))]
+}
+
+/// Fields as they are computed, at 60 Hz.
+fn seconds(timeline: &Arc<Timeline>, cascade: u8) -> Seconds {
+    let class = ErrorClass::HalfMillimetre;
+    let unit = |group| UnitName { cascade, level: 0, class, group, codec: Codec::F32 };
+    let mut stepper = Stepper::new(Box::new(Cpu::new(None)), Arc::clone(timeline), 1);
+    let demand: Demand = GROUPS.into_iter().map(|group| (unit(group), interval_of_rate(60))).collect();
+    stepper.set_demand(&demand);
+    let mut sea = Seconds::new();
+    let ahead = 4 * SLOWEST_INTERVAL;
+    for tick in (BEGIN - ahead..BEGIN + SECONDS * TICKS_PER_SECOND).step_by(120) {
+        while stepper.warm_foam(tick).expect("the CPU steps") {}
+        let batch = stepper.frames(tick, &demand).expect("the CPU steps");
+        let planes = |group| {
+            let frame = batch.frames.iter().find(|frame| frame.unit.group == group).expect("a frame");
+            decode(&frame.bytes).expect("a frame").planes
+        };
+        sea.insert(tick, GROUPS.map(planes).into());
+    }
+    sea
+}
+
+fn measure(name: &str, n: usize, sea: &Seconds, codec: Codec, class: ErrorClass, rate: u32) {
+    let units = GROUPS.map(|group| UnitName { cascade: 0, level: 0, class, group, codec });
+    let mut encoders = units.map(UnitEncoder::new);
+    let mut decoder = Decoder::new(1 << 20);
+    let (mut encode_ms, mut decode_ms, mut followed, mut keys, mut worst) = (vec![], vec![], 0, 0, 0.0f32);
+    let interval = interval_of_rate(rate);
+    for (tick, groups) in sea.iter().filter(|(tick, _)| *tick % interval == 0) {
+        let key = tick % TICKS_PER_SECOND == 0;
+        let mut frames = Vec::new();
+        let (mut encoding, mut decoding) = (0.0, 0.0);
+        for (encoder, planes) in encoders.iter_mut().zip(groups) {
+            if key {
+                encoder.join();
+            }
+            let planes: Vec<Plane> = planes.iter().map(|plane| Plane::Samples(plane)).collect();
+            let stamp = Stamp { tick: *tick, epoch: 1, sequence: 0, layout: 0 };
+            let began = Instant::now();
+            frames.extend(encoder.take(n, &planes, stamp).expect("finite"));
+            encoding += began.elapsed().as_secs_f64() * 1e3;
+        }
+        let deepest = frames.iter().map(|frame| frame.depth).max().unwrap_or(0);
+        for frame in frames {
+            let counts = frame.tick >= BEGIN;
+            if frame.depth < deepest && codec.predicts() {
+                keys += if counts && frame.depth == 0 { frame.bytes.len() } else { 0 };
+                continue;
+            }
+            followed += if counts { frame.bytes.len() } else { 0 };
+            let began = Instant::now();
+            let decoded = decoder.decode(&frame.bytes).expect("a frame");
+            decoding += began.elapsed().as_secs_f64() * 1e3;
+            let group = GROUPS.iter().position(|group| *group == frame.unit.group).expect("of ours");
+            for (got, want) in decoded.planes.iter().zip(&sea[&frame.tick][group]) {
+                let miss = got.iter().zip(want).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                worst = worst.max(miss / decoded.header.max_error[0]);
+            }
+        }
+        if *tick >= BEGIN {
+            // Frames in which others are made besides are not those of a quiet stream.
+            if !key && tick % TICKS_PER_SECOND > 2 * SLOWEST_INTERVAL {
+                encode_ms.push(encoding);
+            }
+            decode_ms.push(decoding);
+        }
+    }
+    let rate_of = |bytes: usize| bytes as f64 * 8e-6 / SECONDS as f64;
+    println!(
+        "{name:10} {:8} {:5} {rate} Hz: {:6.2} Mb/s, {:6.2} with a key frame a second; encode {}; decode {}; worst error {:.3} of the bound",
+        codec.name(),
+        class.name(),
+        rate_of(followed),
+        rate_of(followed + keys),
+        spread(encode_ms),
+        spread(decode_ms),
+        worst,
+    );
+}
+
+fn spread(mut ms: Vec<f64>) -> String {
+    ms.sort_by(f64::total_cmp);
+    let at = |share: f64| ms.get((ms.len() as f64 * share) as usize).copied().unwrap_or(f64::NAN);
+    format!("{:.2} ms, p95 {:.2}", at(0.5), at(0.95))
+}
