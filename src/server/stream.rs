@@ -7,7 +7,7 @@ use std::task::{Context, Poll};
 use futures_util::{SinkExt, StreamExt};
 use tokio_websockets::{Limits, Message, ServerBuilder, WebSocketStream};
 
-use super::farewell::{End, end_of, part};
+use super::farewell::{End, NOT_UTF8, end_of, part};
 use super::socket::Socket;
 
 /// Most pongs that wait for the socket; until they are out, no more is read.
@@ -56,6 +56,11 @@ impl Stream {
         match self.stream.poll_next_unpin(cx) {
             Poll::Ready(Some(Ok(message))) if message.is_close() => Poll::Ready(Err(Some(End::Answer))),
             Poll::Ready(Some(Ok(message))) => {
+                // The library looks at the text of a frame, and so not at one that an empty last frame cuts short:
+                // its own `as_text` would make that a string all the same.
+                if message.is_text() && str::from_utf8(message.as_payload()).is_err() {
+                    return Poll::Ready(Err(Some(NOT_UTF8)));
+                }
                 if message.is_ping() {
                     // The library has queued the pong.
                     self.pongs += 1;
