@@ -12,7 +12,8 @@ from fissix.refactor import RefactoringTool, get_fixers_from_package
 
 FILES = ["_version.py", "caseset.py", "fuzzing.py", "case"]
 
-INIT = "from ._version import __version__ as version\n"
+# Autobahn|Python asks for its framework as it is read.
+INIT = "import txaio\ntxaio.use_twisted()\nfrom ._version import __version__ as version\n"
 
 # Of the reports only the JSON is asked for; the module of the HTML's styles wants a template engine.
 REPORT = 'CSS_COMMON = CSS_DETAIL_REPORT = CSS_MASTER_REPORT = JS_MASTER_REPORT = ""\n'
