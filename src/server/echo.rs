@@ -11,6 +11,7 @@ use tokio::sync::watch;
 
 use super::listen;
 use super::seats::Seats;
+use super::settings::Settings;
 use super::socket::Socket;
 use super::stream::Stream;
 use super::upgrade;
@@ -26,11 +27,12 @@ pub async fn echo(listener: TcpListener, most: usize) -> io::Result<()> {
     listen::inherit(&listener)?;
     let open = move |request: Request| async move { upgrade::open(request, &[], move |socket| serve(socket, most)) };
     let (router, seats) = (Router::new().fallback(get(open)), Seats::new(SEATS, SEATS));
+    let head = Settings::default().head;
     let (_open, closing) = watch::channel(false);
     loop {
         let (stream, address) = listener.accept().await?;
         if let Some(seat) = seats.take(address.ip()) {
-            tokio::spawn(listen::speak(Socket::new(stream, seat), router.clone(), closing.clone()));
+            tokio::spawn(listen::speak(Socket::new(stream, seat), router.clone(), head, closing.clone()));
         }
     }
 }
