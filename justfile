@@ -51,6 +51,10 @@ normals:
 fuzz seconds="60":
     .ci/fuzz {{seconds}}
 
+# Conformance to RFC 6455, by the Autobahn test suite: all of it, or cases ("7.*"); --write writes docs/conformance.md.
+autobahn *args:
+    .ci/autobahn {{args}}
+
 # The web client's own tests.
 test-web:
     cd clients/web && SWELLCAST_REQUIRE_VECTORS=1 npm test

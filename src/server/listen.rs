@@ -19,8 +19,6 @@ use super::api;
 use super::ocean::Ocean;
 use super::socket::Socket;
 
-/// A client has this long to send the head of a request, the wait for its next request included.
-const HEAD_TIME: Duration = Duration::from_secs(10);
 /// Largest head of a request.
 const MAX_HEAD: usize = 64 << 10;
 /// The kernel takes no more than this of what the network has not: a client that stalls is found at once, and a
@@ -38,11 +36,7 @@ const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: applicat
 /// # Errors
 /// When the listener's options can't be set. Later errors of single connections end those alone.
 pub async fn run(listener: TcpListener, ocean: Arc<Ocean>, shutdown: impl Future<Output = ()>) -> io::Result<()> {
-    // Accepted connections inherit both.
-    let options = SockRef::from(&listener);
-    options.set_tcp_nodelay(true)?;
-    #[cfg(target_os = "linux")]
-    options.set_tcp_notsent_lowat(NOT_SENT)?;
+    inherit(&listener)?;
     let router = api::router(Arc::clone(&ocean));
     tokio::select! {
         () = shutdown => {}
@@ -55,6 +49,15 @@ pub async fn run(listener: TcpListener, ocean: Arc<Ocean>, shutdown: impl Future
     if timeout(ocean.settings.farewell, ocean.seats.empty()).await.is_err() {
         tracing::warn!(connections = ocean.seats.taken(), "some connections did not end in time");
     }
+    Ok(())
+}
+
+/// Sets the options that accepted connections inherit.
+pub(super) fn inherit(listener: &TcpListener) -> io::Result<()> {
+    let options = SockRef::from(listener);
+    options.set_tcp_nodelay(true)?;
+    #[cfg(target_os = "linux")]
+    options.set_tcp_notsent_lowat(NOT_SENT)?;
     Ok(())
 }
 
@@ -101,7 +104,7 @@ fn welcome(stream: TcpStream, address: SocketAddr, router: &Router, ocean: &Arc<
         return;
     };
     let (socket, router, closing) = (Socket::new(stream, seat), router.clone(), ocean.bulletin.closing());
-    tokio::spawn(speak(socket, router, closing));
+    tokio::spawn(speak(socket, router, ocean.settings.head, closing));
 }
 
 /// Says that the server is full, without waiting for anything.
@@ -114,9 +117,9 @@ fn refuse(stream: TcpStream) {
 }
 
 /// HTTP/1.1 on one connection. HTTP/2 is left out: no client needs it, and a stream takes a connection of its own.
-async fn speak(socket: Socket, router: Router, mut closing: watch::Receiver<bool>) {
+pub(super) async fn speak(socket: Socket, router: Router, head: Duration, mut closing: watch::Receiver<bool>) {
     let mut http = http1::Builder::new();
-    http.timer(TokioTimer::new()).header_read_timeout(HEAD_TIME).max_buf_size(MAX_HEAD);
+    http.timer(TokioTimer::new()).header_read_timeout(head).max_buf_size(MAX_HEAD);
     let service = TowerToHyperService::new(router);
     let mut connection = pin!(http.serve_connection(TokioIo::new(socket), service).with_upgrades());
     let done = tokio::select! {

@@ -6,6 +6,7 @@
 mod api;
 mod bulletin;
 mod change_body;
+mod echo;
 mod farewell;
 mod fields;
 mod flow;
@@ -25,12 +26,15 @@ mod seats;
 mod session;
 mod settings;
 mod socket;
+mod stream;
 mod subscriptions;
 mod told;
 mod upgrade;
 mod viewer;
 
 pub use change_body::ChangeBody;
+#[doc(hidden)]
+pub use echo::echo;
 pub use listen::run;
 pub use ocean::Ocean;
 pub use probe_body::ProbeBody;

@@ -6,19 +6,18 @@
 use std::collections::VecDeque;
 use std::future::poll_fn;
 use std::sync::Arc;
-use std::task::{Context, Poll};
 
-use futures_util::{SinkExt, StreamExt};
-use tokio_websockets::{Error, Limits, Message, ServerBuilder, WebSocketStream};
+use tokio_websockets::Message;
 
 use super::bulletin::Reader;
-use super::farewell::{End, OVERFLOW, end_of, part};
+use super::farewell::{End, OVERFLOW};
 use super::flow::Flow;
 use super::hello::lead;
 use super::ocean::{Client, Ocean};
 use super::requests;
 use super::ring::Cursor;
 use super::socket::Socket;
+use super::stream::Stream;
 use crate::engine::interval_of_rate;
 use crate::sea::Layout;
 use crate::tile::SentFrame;
@@ -29,8 +28,6 @@ use crate::wire::{
 
 /// Most answers that wait for the socket; a client that asks for more without reading is closed.
 const LANE: usize = 64;
-/// Most pongs that wait for the socket; until they are out, no more is read.
-const PONGS: u32 = 16;
 /// After this many messages that can't be parsed, the connection ends.
 const MALFORMED: u32 = 16;
 /// Subscriptions that may come at once, and how fast that allowance grows back: each is weighed against all clients'.
@@ -41,16 +38,12 @@ const BURST: usize = 64 << 10;
 /// Frames for a tick this long past are not worth sending: 250 ms.
 const STALE: i64 = TICKS_PER_SECOND / 4;
 
-type Stream = WebSocketStream<Socket>;
-
 /// Serves one client until it, or the server, ends the connection.
 pub async fn serve(ocean: Arc<Ocean>, socket: Socket) {
-    // Messages above the limit are refused as soon as their length is known.
-    let limits = Limits::default().max_payload_len(Some(MAX_MESSAGE_BYTES));
-    let stream = ServerBuilder::new().limits(limits).serve(socket);
+    let stream = Stream::new(socket, MAX_MESSAGE_BYTES);
     let Some(client) = ocean.join() else {
         ocean.metrics.refused();
-        return part(stream, Some(End::Close(1013, "the server is full"))).await;
+        return stream.part(Some(End::Close(1013, "the server is full"))).await;
     };
     let mut session = Session::new(ocean, client, stream);
     let end = session.run().await;
@@ -58,9 +51,9 @@ pub async fn serve(ocean: Arc<Ocean>, socket: Socket) {
     // Its units may rest now: the close itself takes time.
     drop(client);
     while let Some(answer) = lane.pop_front() {
-        let _ = stream.start_send_unpin(answer.stamped(&ocean));
+        stream.send(answer.stamped(&ocean));
     }
-    part(stream, end).await;
+    stream.part(end).await;
 }
 
 enum Answer {
@@ -85,18 +78,10 @@ struct Session {
     follows: bool,
     /// The tick up to which the allowance of subscriptions is used up.
     subscribed_until: i64,
-    flushing: bool,
-    pongs: u32,
     malformed: u32,
     /// Beats of the server at which the client was last heard, and pinged.
     heard: u64,
     pinged: u64,
-}
-
-/// What a look at the socket gave.
-struct Seen {
-    flushed: Option<Result<(), Error>>,
-    message: Option<Option<Result<Message, Error>>>,
 }
 
 impl Session {
@@ -114,8 +99,6 @@ impl Session {
             cursor: Cursor::default(),
             follows: false,
             subscribed_until: i64::MIN,
-            flushing: false,
-            pongs: 0,
             malformed: 0,
             heard: beats,
             pinged: beats,
@@ -134,56 +117,34 @@ impl Session {
             if beats - self.heard > self.ocean.settings.silence.as_secs() {
                 return None;
             }
-            if !self.flushing
+            if !self.stream.flushing()
                 && let Err(end) = self.fill(beats)
             {
                 return Some(end);
             }
             let seen = tokio::select! {
                 biased;
-                seen = poll_fn(|cx| self.look(cx)) => seen,
+                seen = poll_fn(|cx| self.stream.look(cx)) => seen,
                 _ = pulse.changed() => continue,
             };
-            match seen.flushed {
-                Some(Ok(())) => (self.flushing, self.pongs) = (false, 0),
-                Some(Err(_)) => return None,
-                None => {}
-            }
-            match seen.message {
-                Some(Some(Ok(message))) => {
+            match seen {
+                Ok(Some(message)) => {
                     self.heard = beats;
                     if let Err(end) = self.hear(&message) {
                         return Some(end);
                     }
                 }
-                Some(Some(Err(error))) => return end_of(&error),
-                Some(None) => return None,
-                None => {}
+                Ok(None) => {}
+                Err(end) => return end,
             }
         }
-    }
-
-    /// Polls both directions; both wake this task.
-    fn look(&mut self, cx: &mut Context<'_>) -> Poll<Seen> {
-        let mut seen = Seen { flushed: None, message: None };
-        if self.flushing
-            && let Poll::Ready(flushed) = self.stream.poll_flush_unpin(cx)
-        {
-            seen.flushed = Some(flushed);
-        }
-        if (!self.flushing || self.pongs < PONGS)
-            && let Poll::Ready(message) = self.stream.poll_next_unpin(cx)
-        {
-            seen.message = Some(message);
-        }
-        if seen.flushed.is_none() && seen.message.is_none() { Poll::Pending } else { Poll::Ready(seen) }
     }
 
     /// Hands the idle socket what is due.
     fn fill(&mut self, beats: u64) -> Result<(), End> {
         while let Some(answer) = self.lane.pop_front() {
             let message = answer.stamped(&self.ocean);
-            self.send(message);
+            self.stream.send(message);
         }
         if let Some(news) = self.ocean.bulletin.news(&mut self.reader) {
             if news.missed {
@@ -191,15 +152,15 @@ impl Session {
             }
             // Its units so far are of layouts before: those of a number that the new one has are of one long gone.
             self.units.retain(|flow| !news.layouts.iter().any(|new| Layout::numbers(*new, flow.unit.cascade)));
-            news.changes.into_iter().chain(news.status).for_each(|message| self.send(message));
+            news.changes.into_iter().chain(news.status).for_each(|message| self.stream.send(message));
         }
         if beats - self.pinged >= self.ocean.settings.ping.as_secs() {
             self.pinged = beats;
-            self.send(Message::ping(""));
+            self.stream.send(Message::ping(""));
         }
         if let Some(water) = if self.follows { self.client.water() } else { None } {
             self.ocean.metrics.sent(1, water.len() as u64);
-            self.send(Message::binary(water));
+            self.stream.send(Message::binary(water));
         }
         if self.units.is_empty() {
             return Ok(());
@@ -211,11 +172,9 @@ impl Session {
         };
         let stale = self.ocean.tick() - STALE;
         let taken = self.ocean.ring.take(&mut self.cursor, stale, BURST, wants, |frame| {
-            // Fails only after a close, which the next read reports.
-            let _ = stream.start_send_unpin(Message::binary(frame));
+            stream.send(Message::binary(frame));
         });
         if taken.frames > 0 {
-            self.flushing = true;
             self.ocean.metrics.sent(taken.frames, taken.bytes as u64);
         }
         if taken.jumped {
@@ -234,22 +193,9 @@ impl Session {
         }
     }
 
-    fn send(&mut self, message: Message) {
-        let _ = self.stream.start_send_unpin(message);
-        self.flushing = true;
-    }
-
     fn hear(&mut self, message: &Message) -> Result<(), End> {
-        if message.is_close() {
-            return Err(End::Answer);
-        }
         if message.is_binary() {
             return Err(End::Close(1003, "clients send text"));
-        }
-        if message.is_ping() {
-            // The library has queued the pong.
-            self.pongs += 1;
-            self.flushing = true;
         }
         let Some(text) = message.as_text() else { return Ok(()) };
         if self.lane.len() >= LANE {

@@ -23,6 +23,8 @@ pub struct Settings {
     pub allowed_origins: Vec<String>,
     /// Most bytes of frames kept for clients that are behind.
     pub ring_bytes: usize,
+    /// How long a client has to send the head of a request, the wait for its next request included.
+    pub head: Duration,
     /// A client that sends nothing, not even a pong, for this long is dropped.
     pub silence: Duration,
     /// How often a client is pinged.
@@ -42,6 +44,7 @@ impl Default for Settings {
             live_points: 10_000,
             allowed_origins: Vec::new(),
             ring_bytes: 256 << 20,
+            head: Duration::from_secs(10),
             silence: Duration::from_secs(45),
             ping: Duration::from_secs(15),
             farewell: Duration::from_secs(5),

@@ -23,7 +23,20 @@ const GUID: &[u8] = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
 ///
 /// # Errors
 /// [`Problem`] for anything but a WebSocket upgrade of our subprotocol from an allowed origin.
-pub async fn stream(State(ocean): State<Arc<Ocean>>, mut request: Request) -> Result<Response, Problem> {
+pub async fn stream(State(ocean): State<Arc<Ocean>>, request: Request) -> Result<Response, Problem> {
+    let serve = Arc::clone(&ocean);
+    open(request, &ocean.settings.allowed_origins, |socket| session::serve(serve, socket))
+}
+
+/// Answers an upgrade request from an allowed origin, and starts `serve` on its connection.
+///
+/// # Errors
+/// As [`stream`].
+pub fn open<S, F>(mut request: Request, allowed_origins: &[String], serve: S) -> Result<Response, Problem>
+where
+    S: FnOnce(Socket) -> F + Send + 'static,
+    F: Future<Output = ()> + Send + 'static,
+{
     let headers = request.headers();
     let upgrade = has(headers, header::CONNECTION, "upgrade") && has(headers, header::UPGRADE, "websocket");
     let upgrading = request.extensions_mut().remove::<OnUpgrade>();
@@ -50,12 +63,12 @@ pub async fn stream(State(ocean): State<Arc<Ocean>>, mut request: Request) -> Re
         let refusal = refuse(StatusCode::BAD_REQUEST, "bad-subprotocol", "the server speaks no other subprotocol");
         return Err(refusal.at("Sec-WebSocket-Protocol").found(offered).allowed(SUBPROTOCOL));
     }
-    check_origin(headers, &ocean.settings.allowed_origins)?;
+    check_origin(headers, allowed_origins)?;
     let mut hash = sha1_smol::Sha1::new();
     hash.update(key);
     hash.update(GUID);
     let accept = STANDARD.encode(hash.digest().bytes());
-    tokio::spawn(take_over(ocean, upgrading));
+    tokio::spawn(take_over(upgrading, serve));
     let headers = [
         (header::CONNECTION, "upgrade"),
         (header::UPGRADE, "websocket"),
@@ -65,11 +78,11 @@ pub async fn stream(State(ocean): State<Arc<Ocean>>, mut request: Request) -> Re
     Ok((StatusCode::SWITCHING_PROTOCOLS, headers).into_response())
 }
 
-async fn take_over(ocean: Arc<Ocean>, upgrading: OnUpgrade) {
+async fn take_over<F: Future<Output = ()>>(upgrading: OnUpgrade, serve: impl FnOnce(Socket) -> F) {
     let Ok(upgraded) = upgrading.await else { return };
     match upgraded.downcast::<TokioIo<Socket>>() {
         // A client may have spoken before it read our answer.
-        Ok(parts) => session::serve(ocean, parts.io.into_inner().unread(parts.read_buf)).await,
+        Ok(parts) => serve(parts.io.into_inner().unread(parts.read_buf)).await,
         Err(_) => tracing::error!("a stream was upgraded from a connection that is not ours"),
     }
 }

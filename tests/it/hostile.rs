@@ -36,8 +36,11 @@ async fn wrong_messages_end_with_the_code_that_says_why() {
     assert_eq!(client.text("error").await["code"], "unknown_type");
     assert_eq!(client.closed().await, 1008);
 
-    // Bytes that are no WebSocket, and a text that is no UTF-8, on the raw connection.
-    for (bytes, code) in [(&[0xff, 0xff, 0, 0, 0, 0, 0, 0][..], 1002), (&[0x81, 0x82, 0, 0, 0, 0, 0xff, 0xff], 1007)] {
+    // Bytes that are no WebSocket, and texts that are no UTF-8, on the raw connection: the last one is cut short by an
+    // empty frame.
+    let (noise, broken) = ([0xff, 0xff, 0, 0, 0, 0, 0, 0], [0x81, 0x82, 0, 0, 0, 0, 0xff, 0xff]);
+    let cut = [0x01, 0x81, 0, 0, 0, 0, 0xce, 0x80, 0x80, 0, 0, 0, 0];
+    for (bytes, code) in [(&noise[..], 1002), (&broken, 1007), (&cut, 1007)] {
         let mut client = served.client().await;
         client.text("hello").await;
         client.stream.get_mut().write_all(bytes).await.unwrap();

@@ -2,6 +2,7 @@
 
 mod api;
 mod backends;
+mod beside;
 mod changes;
 mod client;
 mod codec;
