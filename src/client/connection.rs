@@ -14,11 +14,12 @@ use tokio::time::{Interval, MissedTickBehavior, interval, timeout};
 use tokio_websockets::{ClientBuilder, Limits, Message, WebSocketStream};
 
 use super::clock::{Exchange, SharedClock};
+use super::fares::Fares;
 use super::metered::Metered;
 use super::playback::MAX_SAMPLES;
 use crate::tile::{DecodeError, DecodedFrame, Decoder};
 use crate::wire::{
-    ClientMessage, ErrorCode, HEADER_BYTES, Hello, SUBPROTOCOL, ServerMessage, Status, Subscribe, Subscribed,
+    ClientMessage, ErrorCode, HEADER_BYTES, Hello, Quality, SUBPROTOCOL, ServerMessage, Status, Subscribe, Subscribed,
     TICKS_PER_SECOND, TILE, Time, UnitName, UnitRate, WireChange,
 };
 
@@ -34,6 +35,8 @@ const SILENCE_US: i64 = 10_000_000;
 const BEAT: Duration = Duration::from_millis(100);
 /// ... for this many, and then every tenth beat.
 const QUICK_EXCHANGES: u64 = 20;
+/// A report is made once in so many beats.
+const BEATS_OF_REPORT: u64 = 10;
 /// Requests whose answers are still awaited.
 const MAX_ASKED: usize = 16;
 
@@ -48,6 +51,8 @@ pub enum Event {
     Frame(DecodedFrame, usize),
     /// How the sea and the server are, once a second.
     Status(Status),
+    /// Less is sent than was granted, or all of it again.
+    Quality(Quality),
     /// A change was accepted.
     Change(WireChange),
     /// The server refused something.
@@ -132,6 +137,7 @@ pub struct Connection<N> {
     heard_us: i64,
     subscriptions: u64,
     decoder: Decoder,
+    fares: Fares,
     closed: Option<Closed>,
 }
 
@@ -176,6 +182,7 @@ impl<N: Fn() -> i64> Connection<N> {
             heard_us,
             subscriptions: 0,
             decoder: Decoder::new(MAX_SAMPLES as usize),
+            fares: Fares::default(),
             closed: None,
         })
     }
@@ -185,7 +192,7 @@ impl<N: Fn() -> i64> Connection<N> {
         self.subscriptions += 1;
         let id = self.subscriptions;
         let units = units.into_iter().map(UnitRate::from).collect();
-        self.send(&ClientMessage::Subscribe(Subscribe { id, rate_hz, units })).await;
+        self.send(&ClientMessage::Subscribe(Subscribe { id, rate_hz, units, keys: false })).await;
         id
     }
 
@@ -244,13 +251,20 @@ impl<N: Fn() -> i64> Connection<N> {
             self.asked.push_back(now);
             self.send(&ClientMessage::Time(Time { t0: now as f64 })).await;
         }
+        if self.beats.is_multiple_of(BEATS_OF_REPORT)
+            && let Some(report) = self.server_us().and_then(|server_us| self.fares.report(server_us))
+        {
+            self.send(&ClientMessage::Report(report)).await;
+        }
     }
 
     /// What a message says; `None` when it is only for the connection itself.
     async fn read(&mut self, message: Message) -> Option<Event> {
         if message.is_binary() {
             let frame: Bytes = message.into_payload().into();
-            return Some(match self.decoder.decode(&frame) {
+            let decoded = self.decoder.decode(&frame);
+            self.fares.decoded(&decoded, (self.now_us)() - self.heard_us);
+            return Some(match decoded {
                 Ok(decoded) => Event::Frame(decoded, frame.len()),
                 Err(error) => Event::BadFrame(error),
             });
@@ -287,9 +301,12 @@ impl<N: Fn() -> i64> Connection<N> {
                 None
             }
             Ok(Some(ServerMessage::Subscribed(subscribed))) => {
-                self.decoder.retain(|unit| subscribed.units.iter().any(|granted| granted.unit == *unit));
+                let granted = |unit: &UnitName| subscribed.units.iter().any(|granted| granted.unit == *unit);
+                self.decoder.retain(granted);
+                self.fares = Fares::default();
                 Some(Event::Subscribed(subscribed))
             }
+            Ok(Some(ServerMessage::Quality(quality))) => Some(Event::Quality(quality)),
             Ok(Some(ServerMessage::Status(status))) => Some(Event::Status(status)),
             Ok(Some(ServerMessage::Change(change))) => Some(Event::Change(change)),
             Ok(Some(ServerMessage::Error { code, detail, .. })) => Some(Event::Error { code, detail }),

@@ -5,6 +5,7 @@
 
 mod clock;
 mod connection;
+mod fares;
 mod metered;
 mod playback;
 mod relief;

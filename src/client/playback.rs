@@ -73,8 +73,10 @@ pub struct Playback {
     epoch: u64,
     /// Cascades that `hello` names, by number.
     cascades: BTreeMap<u8, HelloCascade>,
-    /// Samples a side that each subscribed (cascade, group) has at its level.
+    /// Samples a side that each subscribed (cascade, group) has at the level at which it comes.
     sizes: BTreeMap<(u8, u8), u32>,
+    /// The level that was granted; a server may send a coarser one.
+    levels: BTreeMap<(u8, u8), u8>,
     tiles: BTreeMap<TileKey, BTreeMap<u64, DecodedFrame>>,
 }
 
@@ -82,7 +84,7 @@ impl Playback {
     /// A playback of these units of the sea that `hello` describes. Left out are units of cascades that it doesn't name
     /// and those that no longer fit [`MAX_SAMPLES`].
     pub fn new(hello: &Hello, units: &[UnitName]) -> Self {
-        let (mut sizes, mut total) = (BTreeMap::new(), 0u64);
+        let (mut sizes, mut levels, mut total) = (BTreeMap::new(), BTreeMap::new(), 0u64);
         let cascades: BTreeMap<u8, HelloCascade> =
             hello.layout.cascades.iter().map(|cascade| (cascade.index, cascade.clone())).collect();
         for unit in units {
@@ -92,10 +94,11 @@ impl Playback {
             if n > 0 && total.saturating_add(samples) <= MAX_SAMPLES {
                 total += samples;
                 sizes.insert((unit.cascade, unit.group.id()), n);
+                levels.insert((unit.cascade, unit.group.id()), unit.level);
             }
         }
         let epoch = u64::from_str_radix(&hello.epoch, 16).unwrap_or_default();
-        Self { epoch, cascades, sizes, tiles: BTreeMap::new() }
+        Self { epoch, cascades, sizes, levels, tiles: BTreeMap::new() }
     }
 
     /// A playback of these units after a further `hello`: what is held of cascades that go on at the same level stays.
@@ -130,8 +133,7 @@ impl Playback {
             return Err(StrayFrame::Outside { cascade: h.cascade, tick: h.tick });
         }
         let key = TileKey::from(h);
-        let asked = self.sizes.get(&(h.cascade, h.group)) == Some(&u32::from(h.level_n));
-        if !asked || h.n != h.level_n.min(TILE as u16) {
+        if !self.is_asked(h) || h.n != h.level_n.min(TILE as u16) {
             return Err(StrayFrame::Unasked { cascade: h.cascade, group: h.group, level_n: h.level_n });
         }
         let ring = self.tiles.entry(key).or_default();
@@ -140,6 +142,23 @@ impl Playback {
             ring.pop_first();
         }
         Ok(())
+    }
+
+    /// Whether a frame is of a unit that was granted; where its level is another than that of those before it, they are
+    /// let go.
+    fn is_asked(&mut self, h: &FrameHeader) -> bool {
+        let of = (h.cascade, h.group);
+        let (Some(size), Some(level)) = (self.sizes.get_mut(&of), self.levels.get(&of)) else { return false };
+        if *size == u32::from(h.level_n) {
+            return true;
+        }
+        let whole = self.cascades.get(&h.cascade).map_or(0, |cascade| cascade.n);
+        if h.level < *level || whole.checked_shr(h.level.into()) != Some(u32::from(h.level_n)) {
+            return false;
+        }
+        *size = h.level_n.into();
+        self.tiles.retain(|key, _| (key.cascade, key.group) != of);
+        true
     }
 
     /// Tiles of which there is a frame.

@@ -152,7 +152,7 @@ impl<N: Fn() -> i64> Watching<N> {
                 }
             }
             Event::Status(status) => self.stats.status(status),
-            Event::Change(_) => {}
+            Event::Change(_) | Event::Quality(_) => {}
             Event::Error { code: ErrorCode::Invalid | ErrorCode::Unavailable, detail } => bail!("refused: {detail}"),
             Event::Error { .. } | Event::BadFrame(_) | Event::BadText(_) => self.stats.bad(),
             Event::Closed(closed) => return Ok(Some(closed)),

@@ -1,8 +1,7 @@
 //! The flow of one unit to one client: which of the frames in the ring it can read next.
 
-use crate::wire::{BETWEEN, MAX_DEPTH, SLOWEST_INTERVAL, UnitName, layer_of};
-
 use crate::tile::SentFrame;
+use crate::wire::{BETWEEN, MAX_DEPTH, SLOWEST_INTERVAL, TICKS_PER_SECOND, UnitName, layer_of};
 
 /// A unit that is sent: every multiple of its interval from the first tick on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,9 +12,11 @@ pub struct Flow {
     pub interval: i64,
     /// The first tick.
     pub first: i64,
-    /// The newest frame of the lowest rate that was sent, and how many in a row with it.
+    /// The newest frame of the lowest rate that was sent, how many in a row may be predicted from with it, and the one
+    /// before it.
     newest: i64,
     held: u8,
+    before: i64,
     /// The newest frame halfway between two of those.
     middle: i64,
     /// What is being sent, tile by tile: tick and depth.
@@ -27,7 +28,9 @@ pub struct Flow {
 impl Flow {
     /// A flow of which nothing was sent yet.
     pub fn new(unit: UnitName, interval: i64, first: i64) -> Self {
-        Self { unit, interval, first, newest: i64::MIN, held: 0, middle: i64::MIN, sending: (i64::MIN, 0), lost: false }
+        let never = i64::MIN;
+        let (newest, before, middle, sending) = (never, never, never, (never, 0));
+        Self { unit, interval, first, newest, held: 0, before, middle, sending, lost: false }
     }
 
     /// The same flow, at another interval.
@@ -36,7 +39,8 @@ impl Flow {
     }
 
     /// Whether this frame is sent. Frames of a tick come with the deepest predictions first.
-    pub fn takes(&mut self, frame: &SentFrame) -> bool {
+    /// With `keys`, whole seconds come as key frames.
+    pub fn takes(&mut self, frame: &SentFrame, keys: bool) -> bool {
         let SentFrame { tick, depth, .. } = *frame;
         if tick % self.interval != 0 || tick < self.first {
             return false;
@@ -51,7 +55,8 @@ impl Flow {
             let gap = (SLOWEST_INTERVAL / 2) >> layer_of(tick).saturating_sub(1);
             self.has(tick - gap) && self.has(tick + gap)
         } else {
-            let held = if self.newest == tick - SLOWEST_INTERVAL { self.held } else { 0 };
+            let anew = keys && tick % TICKS_PER_SECOND == 0;
+            let held = if self.newest == tick - SLOWEST_INTERVAL && !anew { self.held } else { 0 };
             self.lost |= depth > held;
             depth <= held
         };
@@ -60,9 +65,10 @@ impl Flow {
         }
         match layer_of(tick) {
             0 => {
-                let follows = self.newest == tick - SLOWEST_INTERVAL;
+                // Who holds more than the frame needs may need it for the next.
+                let follows = self.newest == tick - SLOWEST_INTERVAL && !(keys && tick % TICKS_PER_SECOND == 0);
                 self.held = if follows { (self.held + 1).min(MAX_DEPTH) } else { 1 };
-                (self.newest, self.lost) = (tick, false);
+                (self.before, self.newest, self.lost) = (self.newest, tick, false);
             }
             1 => self.middle = tick,
             _ => {}
@@ -83,7 +89,7 @@ impl Flow {
     }
 
     fn has(&self, tick: i64) -> bool {
-        tick == self.newest || (self.held > 1 && tick == self.newest - SLOWEST_INTERVAL) || tick == self.middle
+        tick == self.newest || tick == self.before || tick == self.middle
     }
 }
 
@@ -97,7 +103,7 @@ mod tests {
 
     fn taken(flow: &mut Flow, frames: &[(i64, u8)]) -> Vec<(i64, u8)> {
         let frame = |(tick, depth)| SentFrame { unit: UNIT, tick, depth, bytes: bytes::Bytes::new() };
-        frames.iter().copied().filter(|f| flow.takes(&frame(*f))).collect()
+        frames.iter().copied().filter(|f| flow.takes(&frame(*f), false)).collect()
     }
 
     #[test]
@@ -125,6 +131,16 @@ mod tests {
         assert_eq!(taken(&mut flow, &frames), [(480, 0), (960, 1), (720, 4), (600, 4), (840, 4)]);
         let mut without_middle = Flow::new(UNIT, 120, 480);
         assert_eq!(taken(&mut without_middle, &[(480, 0), (960, 1), (600, 4), (840, 4)]), [(480, 0), (960, 1)]);
+    }
+
+    #[test]
+    fn who_asks_for_keys_gets_one_each_second_and_misses_nothing() {
+        let mut flow = Flow::new(UNIT, 240, 6240);
+        let frame = |(tick, depth)| SentFrame { unit: UNIT, tick, depth, bytes: bytes::Bytes::new() };
+        let ring = [(6240, 0), (6720, 1), (6480, 4), (7200, 2), (7200, 0), (6960, 4), (7680, 3), (7680, 1), (7440, 4)];
+        let taken: Vec<(i64, u8)> = ring.into_iter().filter(|f| flow.takes(&frame(*f), true)).collect();
+        assert_eq!(taken, [(6240, 0), (6720, 1), (6480, 4), (7200, 0), (6960, 4), (7680, 1), (7440, 4)]);
+        assert!(!flow.is_lost());
     }
 
     #[test]

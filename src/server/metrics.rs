@@ -11,6 +11,7 @@ pub struct Metrics {
     frames_sent: AtomicU64,
     bytes_sent: AtomicU64,
     jumps: AtomicU64,
+    quality_changes: AtomicU64,
     refused_connections: AtomicU64,
     probes: AtomicU64,
     probe_points: AtomicU64,
@@ -28,6 +29,11 @@ impl Metrics {
     /// A client was behind and was moved to the newest frames.
     pub fn jumped(&self) {
         self.jumps.fetch_add(1, Relaxed);
+    }
+
+    /// A client is sent more, or less, than before.
+    pub fn changed_quality(&self) {
+        self.quality_changes.fetch_add(1, Relaxed);
     }
 
     /// Points were probed.
@@ -63,6 +69,8 @@ pub fn page(ocean: &Ocean) -> String {
     put("frames_sent_total", "counter", "Frames handed to clients' sockets.", "", count(&counts.frames_sent));
     put("frame_bytes_sent_total", "counter", "Bytes of those frames.", "", count(&counts.bytes_sent));
     put("client_jumps_total", "counter", "Clients moved to the newest frames.", "", count(&counts.jumps));
+    let help = "Times that a client was given fewer or coarser frames, or more again.";
+    put("quality_changes_total", "counter", help, "", count(&counts.quality_changes));
     let (status, timeline) = (ocean.status(), ocean.current().timeline);
     put("hs_metres", "gauge", "Significant wave height of the modes.", "", status.hs_m);
     let wanted = timeline.wanted_hs_at(status.tick);

@@ -11,19 +11,19 @@ use tokio_websockets::Message;
 
 use super::bulletin::Reader;
 use super::farewell::{End, OVERFLOW};
-use super::flow::Flow;
+use super::flows::{Flows, Granted, at_quality, first_tick};
 use super::hello::lead;
 use super::ocean::{Client, Ocean};
+use super::quality::Ladder;
 use super::requests;
 use super::ring::Cursor;
 use super::socket::Socket;
 use super::stream::Stream;
 use crate::engine::interval_of_rate;
 use crate::sea::Layout;
-use crate::tile::SentFrame;
 use crate::wire::{
-    ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, Points, PointsSubscribed, SLOWEST_INTERVAL,
-    ServerMessage, Subscribe, Subscribed, TICKS_PER_SECOND, TimeAnswer, UnitName, UnitRate,
+    ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, Points, PointsSubscribed, RATES_HZ, ServerMessage,
+    Subscribe, Subscribed, TICKS_PER_SECOND, TimeAnswer, UnitName, UnitRate,
 };
 
 /// Most answers that wait for the socket; a client that asks for more without reading is closed.
@@ -71,8 +71,11 @@ struct Session {
     stream: Stream,
     reader: Reader,
     lane: VecDeque<Answer>,
-    /// In order.
-    units: Vec<Flow>,
+    /// What it was granted, and what of that is sent.
+    granted: Granted,
+    flows: Flows,
+    keys: bool,
+    ladder: Ladder,
     cursor: Cursor,
     /// It follows points.
     follows: bool,
@@ -95,7 +98,10 @@ impl Session {
             stream,
             reader,
             lane: VecDeque::from([Answer::Text(Message::text(hello))]),
-            units: Vec::new(),
+            granted: Granted::new(),
+            flows: Flows::default(),
+            keys: false,
+            ladder: Ladder::new(RATES_HZ[0], beats),
             cursor: Cursor::default(),
             follows: false,
             subscribed_until: i64::MIN,
@@ -151,7 +157,9 @@ impl Session {
                 return Err(OVERFLOW);
             }
             // Its units so far are of layouts before: those of a number that the new one has are of one long gone.
-            self.units.retain(|flow| !news.layouts.iter().any(|new| Layout::numbers(*new, flow.unit.cascade)));
+            let stays = |unit: &UnitName| !news.layouts.iter().any(|new| Layout::numbers(*new, unit.cascade));
+            self.flows.retain(stays);
+            self.granted.retain(|(unit, _)| stays(unit));
             news.changes.into_iter().chain(news.status).for_each(|message| self.stream.send(message));
         }
         if beats - self.pinged >= self.ocean.settings.ping.as_secs() {
@@ -162,35 +170,32 @@ impl Session {
             self.ocean.metrics.sent(1, water.len() as u64);
             self.stream.send(Message::binary(water));
         }
-        if self.units.is_empty() {
+        if self.flows.is_empty() {
             return Ok(());
         }
-        let (units, stream) = (&mut self.units, &mut self.stream);
-        let wants = |frame: &SentFrame| {
-            let at = units.binary_search_by_key(&frame.unit, |flow| flow.unit);
-            at.is_ok_and(|at| units[at].takes(frame))
-        };
+        let (flows, stream) = (&mut self.flows, &mut self.stream);
         let stale = self.ocean.tick() - STALE;
-        let taken = self.ocean.ring.take(&mut self.cursor, stale, BURST, wants, |frame| {
-            stream.send(Message::binary(frame));
-        });
+        let taken = self.ocean.ring.take(
+            &mut self.cursor,
+            stale,
+            BURST,
+            |frame| flows.takes(frame),
+            |frame| {
+                stream.send(Message::binary(frame));
+            },
+        );
         if taken.frames > 0 {
             self.ocean.metrics.sent(taken.frames, taken.bytes as u64);
         }
         if taken.jumped {
             self.ocean.metrics.jumped();
+            if self.ladder.fell_behind(beats) {
+                self.change_quality();
+            }
         }
-        self.ask_for_keys();
+        let lost = self.flows.lost();
+        self.client.join_units(lost);
         Ok(())
-    }
-
-    /// Asks for key frames of the units whose frames this client can't read.
-    fn ask_for_keys(&mut self) {
-        let lost: Vec<UnitName> =
-            self.units.iter_mut().filter_map(|flow| flow.is_lost().then_some(flow.unit)).collect();
-        if !lost.is_empty() {
-            self.client.join_units(lost);
-        }
     }
 
     fn hear(&mut self, message: &Message) -> Result<(), End> {
@@ -219,6 +224,18 @@ impl Session {
                     Err(error) => requests::refusal(error, Some(id)),
                 };
                 self.answer(&answer);
+            }
+            Ok(ClientMessage::Report(report)) => {
+                if report.lost {
+                    // Beginning anew is as dear as subscribing.
+                    match self.allow(self.ocean.tick()) {
+                        Ok(()) => self.flows.forget(),
+                        Err(error) => self.answer(&requests::refusal(error, None)),
+                    }
+                }
+                if !self.flows.is_empty() && self.ladder.heard(&report, self.ocean.bulletin.beats()) {
+                    self.change_quality();
+                }
             }
             Err(error) => {
                 let parsed = matches!(error.code, ErrorCode::Invalid | ErrorCode::Unavailable);
@@ -259,6 +276,21 @@ impl Session {
         Ok(PointsSubscribed { id, rate_hz, from_tick, count: count as u32 })
     }
 
+    /// Sends from now on what the ladder says, and tells the client.
+    fn change_quality(&mut self) {
+        let quality = self.ladder.quality();
+        let timeline = self.ocean.current().timeline;
+        let levels = |cascade| timeline.life_of(cascade).map_or(1, |(_, life)| life.cascade.levels());
+        let units = at_quality(&self.granted, quality, levels);
+        // Where there is no room for coarser units, the client goes on as it is: the next rung may do.
+        let Ok(units) = self.client.subscribe(&units) else { return };
+        let begun = self.ocean.tick() + lead();
+        let new = self.flows.replace(&units, self.keys, begun);
+        self.client.join_units(new);
+        self.ocean.metrics.changed_quality();
+        self.answer(&ServerMessage::Quality(quality));
+    }
+
     fn subscribe(&mut self, subscribe: Subscribe) -> Result<Subscribed, ClientError> {
         let now = self.ocean.tick();
         let asked = requests::check(&subscribe, &self.ocean.current().timeline, now)?;
@@ -267,31 +299,18 @@ impl Session {
         let granted = granted.map_err(|index| requests::unavailable(index, self.ocean.settings.live_units))?;
         // Read after the engine was told: frames up to here may have left without the new units.
         let begun = self.ocean.tick() + lead();
-        let held = std::mem::take(&mut self.units);
-        // Where frames are predicted the first is one of the lowest rate.
-        let first = |unit: &UnitName, interval: i64| {
-            let grid = if unit.codec.predicts() { SLOWEST_INTERVAL } else { interval };
-            (begun / grid + 1) * grid
-        };
-        let flow = |(unit, interval): &(UnitName, i64)| {
-            // A unit that goes on flows without a gap.
-            let known = held.binary_search_by_key(unit, |flow| flow.unit).map(|at| held[at]);
-            let flow = known.map(|flow| flow.every(*interval));
-            flow.unwrap_or_else(|_| Flow::new(*unit, *interval, first(unit, *interval)))
-        };
-        self.units = granted.iter().map(flow).collect();
-        // Of a unit that was asked for twice the shorter interval stays.
-        self.units.sort_unstable_by_key(|flow| (flow.unit, flow.interval));
-        self.units.dedup_by_key(|flow| flow.unit);
-        let is_new = |unit: &UnitName| held.binary_search_by_key(unit, |flow| flow.unit).is_err();
-        let new = granted.iter().map(|(unit, _)| *unit).filter(|unit| unit.codec.predicts() && is_new(unit));
-        self.client.join_units(new.collect());
+        let idle = self.flows.is_empty();
+        let new = self.flows.replace(&granted, subscribe.keys, begun);
+        self.client.join_units(new);
         let slowest = interval_of_rate(subscribe.rate_hz);
-        let from_tick = granted.iter().map(|(unit, interval)| first(unit, *interval)).min();
+        let from_tick = granted.iter().map(|(unit, interval)| first_tick(unit, *interval, begun)).min();
         let from_tick = from_tick.unwrap_or((begun / slowest + 1) * slowest);
-        if held.is_empty() {
+        if idle {
             self.cursor = self.ocean.ring.at(from_tick);
         }
+        let fastest = granted.iter().map(|(_, interval)| *interval).min().unwrap_or(slowest);
+        self.ladder = Ladder::new((TICKS_PER_SECOND / fastest) as u32, self.ocean.bulletin.beats());
+        (self.granted, self.keys) = (granted.clone(), subscribe.keys);
         let rate = |interval: i64| Some((TICKS_PER_SECOND / interval) as u32).filter(|rate| *rate != subscribe.rate_hz);
         let units = granted.into_iter().map(|(unit, interval)| UnitRate { unit, rate_hz: rate(interval) }).collect();
         Ok(Subscribed { id: subscribe.id, rate_hz: subscribe.rate_hz, units, from_tick })

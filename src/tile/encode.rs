@@ -19,8 +19,8 @@ use super::rans;
 use super::residual::Residuals;
 use crate::pass::quantise::quantiser_step;
 use crate::wire::{
-    BETWEEN, Codec, FLAG_KEY, FLAG_SATURATED, FrameHeader, HEADER_BYTES, MAGIC, MAX_DEPTH, SLOWEST_INTERVAL, UnitName,
-    layer_of,
+    BETWEEN, Codec, FLAG_KEY, FLAG_SATURATED, FrameHeader, HEADER_BYTES, MAGIC, MAX_DEPTH, SLOWEST_INTERVAL,
+    TICKS_PER_SECOND, UnitName, layer_of,
 };
 
 /// What a frame says beside its samples.
@@ -116,6 +116,10 @@ impl UnitEncoder {
         let depths = self.histories.iter().zip(tiles).map(|(past, tile)| past.depth(stamp.tick, tile.counts.len()));
         let depth = depths.min().unwrap_or(0);
         frames.extend(self.frames(n, stamp, tiles, depth));
+        if stamp.tick % TICKS_PER_SECOND == 0 {
+            // For recordings, and for whoever has fallen behind.
+            self.join();
+        }
         let joining = self.joining;
         for less in (0..depth).rev().filter(|less| joining >> less & 1 == 1) {
             frames.extend(self.frames(n, stamp, tiles, less));

@@ -1,80 +1,11 @@
-//! The text messages of both sides as types; reading them is `parse`'s.
+//! What a server says in text, as types; reading it is `parse`'s.
 
 use serde::{Deserialize, Deserializer, Serialize, de};
 use thiserror::Error;
 
-use super::points::{Points, PointsSubscribed};
-use super::vocabulary::{Codec, ErrorClass, Group};
-
-/// Largest text message a client may send.
-pub const MAX_MESSAGE_BYTES: usize = 131_072;
-
-/// A unit as messages name it: what is encoded once and shared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct UnitName {
-    /// Number of the cascade, `index` in `hello`.
-    pub cascade: u8,
-    /// Level of detail, 0 the full grid.
-    pub level: u8,
-    /// Error class.
-    pub class: ErrorClass,
-    /// Group of channels.
-    pub group: Group,
-    /// How its samples are written.
-    #[serde(default, skip_serializing_if = "is_default")]
-    pub codec: Codec,
-}
-
-fn is_default(codec: &Codec) -> bool {
-    *codec == Codec::default()
-}
-
-/// A unit and how often it comes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct UnitRate {
-    /// The unit.
-    #[serde(flatten)]
-    pub unit: UnitName,
-    /// Frames a second; `None`: those of the subscription.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rate_hz: Option<u32>,
-}
-
-impl From<UnitName> for UnitRate {
-    fn from(unit: UnitName) -> Self {
-        Self { unit, rate_hz: None }
-    }
-}
-
-/// A client asks for units at a rate; replaces what it asked before.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Subscribe {
-    /// Echoed in the answer.
-    pub id: u64,
-    /// Frames a second.
-    pub rate_hz: u32,
-    /// What to send.
-    pub units: Vec<UnitRate>,
-}
-
-/// A client asks for the server's time.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Time {
-    /// Any finite number, echoed.
-    pub t0: f64,
-}
-
-/// What a client may say.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "type", rename_all = "snake_case")]
-pub enum ClientMessage {
-    /// Replace the subscription.
-    Subscribe(Subscribe),
-    /// Replace the points.
-    Points(Points),
-    /// Ask for the time.
-    Time(Time),
-}
+use super::points::PointsSubscribed;
+use super::request::UnitRate;
+use super::vocabulary::{ErrorClass, Group};
 
 /// Why a client's message is refused.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -257,6 +188,15 @@ pub struct Subscribed {
     pub from_tick: i64,
 }
 
+/// What is sent from now on where that is not what was granted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Quality {
+    /// No unit comes more often, frames a second.
+    pub rate_hz: u32,
+    /// Levels by which each unit is coarser, where its cascade has so many.
+    pub coarser: u8,
+}
+
 /// Answer to `time`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimeAnswer {
@@ -360,6 +300,8 @@ pub enum ServerMessage {
     PointsSubscribed(PointsSubscribed),
     /// Answer to `time`.
     Time(TimeAnswer),
+    /// What is sent from now on.
+    Quality(Quality),
     /// Once a second.
     Status(Status),
     /// An accepted change.

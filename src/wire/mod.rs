@@ -7,19 +7,20 @@ mod frame;
 mod message;
 mod parse;
 mod points;
+mod request;
 mod vocabulary;
 
 pub use frame::{FLAG_KEY, FLAG_SATURATED, FrameError, FrameHeader, HEADER_BYTES, MAGIC, split};
 pub use message::{
-    ClassInfo, ClientError, ClientMessage, ErrorCode, GroupInfo, Hello, HelloCascade, HelloDetail, HelloLayout, Limits,
-    MAX_MESSAGE_BYTES, ServerMessage, Status, Subscribe, Subscribed, Time, TimeAnswer, UnitName, UnitRate, WindStatus,
-    WireChange, WireChangeKind,
+    ClassInfo, ClientError, ErrorCode, GroupInfo, Hello, HelloCascade, HelloDetail, HelloLayout, Limits, Quality,
+    ServerMessage, Status, Subscribed, TimeAnswer, WindStatus, WireChange, WireChangeKind,
 };
 pub use parse::ServerTextError;
 pub use points::{
     FARTHEST_M, FLAG_JACOBIAN, FLAG_NORMAL, FLAG_VELOCITY, MAX_POINTS, POINT_BYTES, POINTS_HEADER_BYTES, POINTS_MAGIC,
     PointRecord, Points, PointsHeader, PointsSubscribed, read_points, write_points,
 };
+pub use request::{ClientMessage, MAX_MESSAGE_BYTES, Report, Subscribe, Time, UnitName, UnitRate};
 pub use vocabulary::{
     BETWEEN, Codec, ErrorClass, Group, MAX_DEPTH, MAX_TICK, RATES_HZ, REST_TICKS, SLOWEST_INTERVAL, SUBPROTOCOL,
     TICKS_PER_SECOND, TILE, layer_of,

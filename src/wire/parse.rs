@@ -5,10 +5,9 @@ use std::fmt;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use thiserror::Error;
 
-use super::message::{
-    ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, ServerMessage, Subscribe, Time, UnitName, UnitRate,
-};
+use super::message::{ClientError, ErrorCode, ServerMessage};
 use super::points::{FARTHEST_M, Points};
+use super::request::{ClientMessage, MAX_MESSAGE_BYTES, Report, Subscribe, Time, UnitName, UnitRate};
 use super::vocabulary::{Codec, ErrorClass, Group, MAX_TICK};
 
 /// Why a text from a server is not a message.
@@ -29,7 +28,7 @@ impl ServerMessage {
         }
         let Kind { kind } = serde_json::from_str(text)?;
         match kind.as_str() {
-            "hello" | "subscribed" | "points_subscribed" | "time" | "status" | "change" | "error" => {
+            "hello" | "subscribed" | "points_subscribed" | "time" | "quality" | "status" | "change" | "error" => {
                 Ok(Some(serde_json::from_str(text)?))
             }
             _ => Ok(None),
@@ -56,11 +55,13 @@ impl ClientMessage {
         })?;
         match kind(&message)? {
             "subscribe" => {
-                let [_, id, rate_hz, units] = fields(&message, "", ["type", "id", "rate_hz", "units"])?;
+                let ([_, id, rate_hz, units], [keys]) =
+                    fields_and(&message, "", ["type", "id", "rate_hz", "units"], ["keys"])?;
                 Ok(Self::Subscribe(Subscribe {
                     id: whole(id, "id", MAX_TICK as u64)?,
                     rate_hz: whole(rate_hz, "rate_hz", u64::from(u32::MAX))? as u32,
                     units: self::units(units)?,
+                    keys: keys.map(|keys| boolean(keys, "keys")).transpose()?.unwrap_or_default(),
                 }))
             }
             "points" => {
@@ -73,17 +74,41 @@ impl ClientMessage {
             }
             "time" => {
                 let [_, t0] = fields(&message, "", ["type", "t0"])?;
-                match t0 {
-                    Json::Number(t0) => Ok(Self::Time(Time { t0: t0.as_f64().unwrap_or_default() })),
-                    other => Err(malformed("t0", format!("is {other}, must be a number"))),
-                }
+                Ok(Self::Time(Time { t0: number(t0, "t0")? }))
+            }
+            "report" => {
+                let ([_, tick, decode_ms, buffer_ms], [lost]) =
+                    fields_and(&message, "", ["type", "tick", "decode_ms", "buffer_ms"], ["lost"])?;
+                Ok(Self::Report(Report {
+                    tick: whole(tick, "tick", MAX_TICK as u64)?,
+                    decode_ms: number(decode_ms, "decode_ms")?,
+                    buffer_ms: number(buffer_ms, "buffer_ms")?,
+                    lost: lost.map(|lost| boolean(lost, "lost")).transpose()?.unwrap_or_default(),
+                }))
             }
             other => Err(ClientError {
                 code: ErrorCode::UnknownType,
                 field: Some("type".to_owned()),
-                detail: format!("type is {:?}, must be \"subscribe\", \"points\" or \"time\"", beginning(other)),
+                detail: format!(
+                    "type is {:?}, must be \"subscribe\", \"points\", \"time\" or \"report\"",
+                    beginning(other)
+                ),
             }),
         }
+    }
+}
+
+fn number(value: &Json, field: &str) -> Result<f64, ClientError> {
+    match value {
+        Json::Number(number) => Ok(number.as_f64().unwrap_or_default()),
+        other => Err(malformed(field, format!("is {other}, must be a number"))),
+    }
+}
+
+fn boolean(value: &Json, field: &str) -> Result<bool, ClientError> {
+    match value {
+        Json::Bool(value) => Ok(*value),
+        other => Err(malformed(field, format!("is {other}, must be a boolean"))),
     }
 }
 
@@ -223,7 +248,7 @@ fn refuse(code: ErrorCode, field: &str, what: String) -> ClientError {
 /// readers take an array for an object, so neither can refuse them.
 enum Json {
     Null,
-    Bool,
+    Bool(bool),
     Number(serde_json::Number),
     Text(String),
     List(Vec<Json>),
@@ -234,7 +259,7 @@ impl fmt::Display for Json {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Null => "null",
-            Self::Bool => "a boolean",
+            Self::Bool(_) => "a boolean",
             Self::Number(_) => "a number",
             Self::Text(_) => "a string",
             Self::List(_) => "an array",
@@ -255,8 +280,8 @@ impl<'de> Deserialize<'de> for Json {
             fn visit_unit<E>(self) -> Result<Json, E> {
                 Ok(Json::Null)
             }
-            fn visit_bool<E>(self, _: bool) -> Result<Json, E> {
-                Ok(Json::Bool)
+            fn visit_bool<E>(self, value: bool) -> Result<Json, E> {
+                Ok(Json::Bool(value))
             }
             fn visit_u64<E>(self, value: u64) -> Result<Json, E> {
                 Ok(Json::Number(value.into()))

@@ -76,6 +76,7 @@ async fn play(stream: TcpStream) {
         let Some(text) = message.as_text() else { continue };
         match ClientMessage::parse(text).unwrap() {
             ClientMessage::Points(points) => panic!("this client follows none: {points:?}"),
+            ClientMessage::Report(report) => assert!(report.decode_ms >= 0.0, "{report:?}"),
             ClientMessage::Time(time) => {
                 times += 1;
                 let at = 5_000_000 + time.t0 as i64;

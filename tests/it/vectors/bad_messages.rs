@@ -80,9 +80,26 @@ pub fn bad_messages() -> Vec<BadMessage> {
         ("units[0].level", "a level of -1", r#"{"cascade":0,"level":-1,"class":"1mm","group":"foam"}"#),
         ("units[0].class", "no such class", r#"{"cascade":0,"level":0,"class":"2mm","group":"foam"}"#),
         ("units[0].group", "no such group", r#"{"cascade":0,"level":0,"class":"1mm","group":"Foam"}"#),
+        ("units[0].codec", "no such codec", {
+            r#"{"cascade":0,"level":0,"class":"1mm","group":"foam","codec":"zstd"}"#
+        }),
     ] {
         bad("invalid", Some(field), why, &unit(wrong));
     }
+    bad(
+        malformed,
+        Some("units[0].codec"),
+        "a codec by its number",
+        &unit(r#"{"cascade":0,"level":0,"class":"1mm","group":"foam","codec":1}"#),
+    );
+    bad(malformed, Some("keys"), "keys is a number", r#"{"type":"subscribe","id":1,"rate_hz":15,"units":[],"keys":1}"#);
+    bad(malformed, Some("buffer_ms"), "a report without buffer_ms", r#"{"type":"report","tick":0,"decode_ms":1}"#);
+    bad(malformed, Some("lost"), "lost is a string", {
+        r#"{"type":"report","tick":0,"decode_ms":1,"buffer_ms":1,"lost":"no"}"#
+    });
+    bad("invalid", Some("tick"), "a report of a tick below 0", {
+        r#"{"type":"report","tick":-1,"decode_ms":1,"buffer_ms":1}"#
+    });
     let points = |points: &str| format!(r#"{{"type":"points","id":1,"rate_hz":15,"points":{points}}}"#);
     bad(malformed, Some("points"), "no points", r#"{"type":"points","id":1,"rate_hz":15}"#);
     bad(malformed, Some("points"), "points is an object", &points("{}"));

@@ -3,8 +3,8 @@
 use serde_json::json;
 use swellcast::wire::{
     ClientMessage, Codec, ErrorClass, ErrorCode, Group, Hello, HelloCascade, HelloDetail, HelloLayout, Limits,
-    MAX_MESSAGE_BYTES, MAX_TICK, Points, PointsSubscribed, ServerMessage, Status, Subscribe, Subscribed,
-    TICKS_PER_SECOND, Time, TimeAnswer, UnitName, UnitRate, WindStatus, WireChange, WireChangeKind,
+    MAX_MESSAGE_BYTES, MAX_TICK, Points, PointsSubscribed, Quality, Report, ServerMessage, Status, Subscribe,
+    Subscribed, TICKS_PER_SECOND, Time, TimeAnswer, UnitName, UnitRate, WindStatus, WireChange, WireChangeKind,
 };
 
 fn unit(cascade: u8, level: u8, class: ErrorClass, group: Group) -> UnitName {
@@ -27,8 +27,9 @@ pub fn from_clients() -> Vec<(&'static str, ClientMessage, String)> {
     let units: Vec<UnitRate> = units.into_iter().map(UnitRate::from).collect();
     let rates: Vec<UnitRate> =
         units.iter().zip([Some(60), None, Some(15)]).map(|(unit, rate_hz)| UnitRate { rate_hz, ..*unit }).collect();
-    let subscribe = |id, rate_hz, units| ClientMessage::Subscribe(Subscribe { id, rate_hz, units });
+    let subscribe = |id, rate_hz, units| ClientMessage::Subscribe(Subscribe { id, rate_hz, units, keys: false });
     let points = |id, rate_hz, points| ClientMessage::Points(Points { id, rate_hz, points });
+    let report = |tick, decode_ms, buffer_ms, lost| ClientMessage::Report(Report { tick, decode_ms, buffer_ms, lost });
     let time = |t0| ClientMessage::Time(Time { t0 });
     let written = |name, message: ClientMessage| {
         let text = serde_json::to_string(&message).expect("plain data");
@@ -41,6 +42,13 @@ pub fn from_clients() -> Vec<(&'static str, ClientMessage, String)> {
         written("the largest id", subscribe(MAX_TICK as u64, 60, vec![])),
         written("points", points(5, 15, vec![[0.0, -0.5], [1e9, -1e9], [12.25, 3.5]])),
         written("no more points", points(6, 30, vec![])),
+        written("a report", report(7200, 1.25, 180.5, false)),
+        written("a report of one that has lost its place", report(0, 0.0, -20.0, true)),
+        written("units of every codec, and key frames", {
+            let coded = |codec| UnitRate::from(UnitName { codec, ..unit(1, 0, ErrorClass::Millimetre, Group::Slopes) });
+            let units = Codec::ALL.map(coded).to_vec();
+            ClientMessage::Subscribe(Subscribe { id: 7, rate_hz: 60, units, keys: true })
+        }),
         written("a time of microseconds", time(1_234_567.0)),
         written("a time with a fraction", time(1_234.567_800_001)),
         written("a time below zero", time(-0.5)),
@@ -152,6 +160,7 @@ pub fn from_server() -> Vec<(&'static str, ServerMessage)> {
             "time",
             ServerMessage::Time(TimeAnswer { t0: 1_234.567_800_001, t1_us: 86_400_000_000, t2_us: 86_400_000_017 }),
         ),
+        ("quality", ServerMessage::Quality(Quality { rate_hz: 15, coarser: 1 })),
         ("status with wind", ServerMessage::Status(status)),
         ("status of a sea without wind", ServerMessage::Status(swell)),
         ("a change of wind", change(2, WireChangeKind::Wind { speed_mps: 12.5, direction_from_deg: 359.5 })),

@@ -1,0 +1,53 @@
+//! How a connection fares: what it tells the server about once a second, so that it is given what it can take.
+
+use std::collections::BTreeMap;
+
+use crate::tile::{DecodeError, DecodedFrame};
+use crate::wire::{Report, TICKS_PER_SECOND};
+
+/// What decoding took of late, and how far what came reaches.
+#[derive(Debug, Default)]
+pub(super) struct Fares {
+    /// Of each cascade and group, its newest tick.
+    newest: BTreeMap<(u8, u8), u64>,
+    /// Since the last report: frames of how many ticks, and what they took.
+    ticks: u64,
+    us: i64,
+    last: u64,
+    lost: bool,
+}
+
+impl Fares {
+    /// Counts a frame, and what decoding it took.
+    pub(super) fn decoded(&mut self, decoded: &Result<DecodedFrame, DecodeError>, us: i64) {
+        self.us += us;
+        match decoded {
+            Ok(frame) => {
+                let h = &frame.header;
+                let newest = self.newest.entry((h.cascade, h.group)).or_default();
+                *newest = h.tick.max(*newest);
+                // Frames of one tick stand together.
+                self.ticks += u64::from(std::mem::replace(&mut self.last, h.tick) != h.tick);
+            }
+            Err(DecodeError::Missing | DecodeError::Payload(_)) => self.lost = true,
+            // Not of this protocol: a new beginning would change nothing.
+            Err(DecodeError::Frame(_)) => {}
+        }
+    }
+
+    /// A report at this server time, where there is something to tell.
+    pub(super) fn report(&mut self, server_us: i64) -> Option<Report> {
+        // Of a cascade that has ended nothing more comes.
+        let ended = self.newest.values().max()?.saturating_sub(TICKS_PER_SECOND as u64);
+        let tick = self.newest.values().copied().filter(|tick| *tick >= ended).min()?;
+        let us_of = |ticks: u64| ticks as f64 * 1e6 / TICKS_PER_SECOND as f64;
+        let report = Report {
+            tick,
+            decode_ms: self.us as f64 / 1e3 / self.ticks.max(1) as f64,
+            buffer_ms: (us_of(tick) - server_us as f64) / 1e3,
+            lost: self.lost,
+        };
+        (self.ticks, self.us, self.lost) = (0, 0, false);
+        Some(report)
+    }
+}
