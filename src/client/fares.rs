@@ -1,15 +1,13 @@
 //! How a connection fares: what it tells the server about once a second, so that it is given what it can take.
 
-use std::collections::BTreeMap;
-
 use crate::tile::{DecodeError, DecodedFrame};
 use crate::wire::{Report, TICKS_PER_SECOND};
 
 /// What decoding took of late, and how far what came reaches.
 #[derive(Debug, Default)]
 pub(super) struct Fares {
-    /// Of each cascade and group, its newest tick.
-    newest: BTreeMap<(u8, u8), u64>,
+    /// The newest tick of all: units of one tick leave together, and of a cascade that has ended nothing comes.
+    newest: Option<u64>,
     /// Since the last report: frames of how many ticks, and what they took.
     ticks: u64,
     us: i64,
@@ -24,8 +22,7 @@ impl Fares {
         match decoded {
             Ok(frame) => {
                 let h = &frame.header;
-                let newest = self.newest.entry((h.cascade, h.group)).or_default();
-                *newest = h.tick.max(*newest);
+                self.newest = self.newest.max(Some(h.tick));
                 // Frames of one tick stand together.
                 self.ticks += u64::from(std::mem::replace(&mut self.last, h.tick) != h.tick);
             }
@@ -37,9 +34,7 @@ impl Fares {
 
     /// A report at this server time, where there is something to tell.
     pub(super) fn report(&mut self, server_us: i64) -> Option<Report> {
-        // Of a cascade that has ended nothing more comes.
-        let ended = self.newest.values().max()?.saturating_sub(TICKS_PER_SECOND as u64);
-        let tick = self.newest.values().copied().filter(|tick| *tick >= ended).min()?;
+        let tick = self.newest?;
         let us_of = |ticks: u64| ticks as f64 * 1e6 / TICKS_PER_SECOND as f64;
         let report = Report {
             tick,

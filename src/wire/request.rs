@@ -62,11 +62,11 @@ pub struct Subscribe {
 /// A client says how it fares.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Report {
-    /// The newest tick of which everything was decoded, 0 before the first.
+    /// The newest tick of a frame that was decoded, 0 before the first.
     pub tick: u64,
     /// What decoding the frames of a tick takes, milliseconds.
     pub decode_ms: f64,
-    /// How long what is held will last, milliseconds.
+    /// How far that tick lies ahead of now, milliseconds.
     pub buffer_ms: f64,
     /// A frame could not be read: units begin again with key frames.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
