@@ -130,9 +130,7 @@ impl Plot {
         let place = |x: f64| if self.log_x { x.log10() } else { x };
         let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
         points().for_each(|(x, _)| (from, to) = (from.min(place(*x)), to.max(place(*x))));
-        if self.log_x {
-            (from, to) = (from.floor(), to.ceil());
-        }
+        (from, to) = if self.log_x { (from.floor(), to.ceil()) } else { (from.min(0.0), to) };
         if to.partial_cmp(&from) != Some(std::cmp::Ordering::Greater) {
             (from, to) = (0.0, 1.0);
         }

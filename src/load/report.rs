@@ -279,5 +279,6 @@ fn over_time(crowd: &Crowd, row_s: f64) -> Vec<ReportRow> {
             own_cpu,
         }
     };
-    crowd.rows.iter().enumerate().map(row).collect()
+    // What came behind the window is no whole row.
+    crowd.rows.iter().take(crowd.window.1 as usize).enumerate().map(row).collect()
 }

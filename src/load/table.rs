@@ -24,7 +24,10 @@ impl Report {
             vec![
                 ("clients that stayed", format!("{} of {}", steady.stayed, steady.clients)),
                 ("received, Mb/s", number(Some(findings.received_mbps), 1)),
-                ("received by a client (median), Mb/s", number(Some(steady.client_mbps_median), 2)),
+                ("received by a client, least / median, Mb/s", {
+                    let least = number(findings.client_mbps.first().copied(), 2);
+                    format!("{least} / {:.2}", steady.client_mbps_median)
+                }),
                 ("frames", steady.frames.to_string()),
                 ("age p50 / p99 / p99.9 / max, ms", ages(steady.age_ms)),
                 ("late", share(steady.late, steady.late_share)),
