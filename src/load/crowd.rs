@@ -13,7 +13,7 @@ use super::monitor::{Figures, Watched};
 use super::sight::Outcome;
 use super::stage::Stage;
 use super::viewer::{Manner, Plan, view};
-use crate::server::Usage;
+use crate::server::{Usage, machine_cpu_seconds};
 
 /// Clients that are not granted what they want so long after the last began, are not waited for.
 const PATIENCE_S: i64 = 15;
@@ -46,6 +46,8 @@ pub struct Sample {
     pub server: Figures,
     /// Our own seconds of processor.
     pub own_cpu_seconds: Option<f64>,
+    /// Of this machine, whoever used them.
+    pub machine_cpu_seconds: Option<f64>,
 }
 
 /// What became of a crowd.
@@ -107,7 +109,9 @@ pub async fn run(
         sleep(Duration::from_micros(wait_us.max(0) as u64)).await;
         let own_cpu_seconds = Usage::own().map(|usage| usage.cpu_seconds);
         let at_us = stage.clock.now_us();
-        samples.push(Sample { row, at_us, server: watched.figures().await, own_cpu_seconds });
+        let machine_cpu_seconds = machine_cpu_seconds();
+        let server = watched.figures().await;
+        samples.push(Sample { row, at_us, server, own_cpu_seconds, machine_cpu_seconds });
         while let Some(outcome) = views.try_join_next() {
             ended.extend(outcome);
         }

@@ -118,7 +118,11 @@ fn plots(report: &Report) -> Vec<Plot> {
         },
         over_time(
             "Processor, cores",
-            vec![line("a", "server", |row| row.server_cpu), line("c", "load test", |row| row.own_cpu)],
+            vec![
+                line("a", "server", |row| row.server_cpu),
+                line("b", "load test", |row| row.own_cpu),
+                line("c", "this machine", |row| row.machine_cpu),
+            ],
         ),
         over_time("Memory of the server, MiB", vec![line("a", "resident", |row| row.server_mib)]),
     ]

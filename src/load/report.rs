@@ -52,6 +52,9 @@ pub struct Findings {
     pub server: ServerCost,
     /// Cores that the load test itself used.
     pub own_cpu: Option<f64>,
+    /// Cores of this machine that were busy, whoever with.
+    pub machine_cpu: Option<f64>,
+    pub machine_cores: usize,
     pub rows: Vec<ReportRow>,
     /// (age in milliseconds, share of frames at most that old).
     pub age_shares: Vec<(f64, f64)>,
@@ -121,6 +124,7 @@ pub struct ReportRow {
     pub server_cpu: Option<f64>,
     pub server_mib: Option<f64>,
     pub own_cpu: Option<f64>,
+    pub machine_cpu: Option<f64>,
 }
 
 impl Findings {
@@ -143,7 +147,7 @@ impl Findings {
         client_mbps.sort_by(f64::total_cmp);
         let mut round_trips = Histogram::default();
         steady.iter().for_each(|outcome| round_trips.merge(&outcome.round_trips));
-        let (cpu, own_cpu) = cpu_between(crowd.samples.iter(), first, end);
+        let [cpu, own_cpu, machine_cpu] = cpu_between(&crowd.samples, first, end);
         let base_cpu = crowd.base_cpu;
         let per_second = window.bytes as f64 / seconds;
         let at_end = crowd.samples.iter().find(|sample| sample.row >= end).map(|sample| sample.server);
@@ -171,6 +175,8 @@ impl Findings {
             round_trip_ms: round_trips.percentiles(),
             server,
             own_cpu,
+            machine_cpu,
+            machine_cores: std::thread::available_parallelism().map_or(1, usize::from),
             rows: over_time(crowd, row_s),
             age_shares: window.ages.shares(),
             window_from_s: first as f64 * row_s,
@@ -254,19 +260,19 @@ impl Stalled {
     }
 }
 
-/// Cores of the server and of ourselves from one row to another.
-fn cpu_between<'a>(samples: impl Iterator<Item = &'a Sample>, first: i64, end: i64) -> (Option<f64>, Option<f64>) {
-    let mut samples = samples.skip_while(|sample| sample.row < first).take_while(|sample| sample.row <= end);
-    let Some(begin) = samples.next() else { return (None, None) };
-    let Some(end) = samples.last() else { return (None, None) };
+/// Cores of the server, of ourselves and of the machine from one row to another.
+fn cpu_between(samples: &[Sample], first: i64, end: i64) -> [Option<f64>; 3] {
+    let mut within = samples.iter().filter(|sample| (first..=end).contains(&sample.row));
+    let (Some(begin), Some(end)) = (within.next(), within.next_back()) else { return [None; 3] };
     let seconds = (end.at_us - begin.at_us) as f64 / 1e6;
     let cores = |of: fn(&Sample) -> Option<f64>| Some((of(end)? - of(begin)?) / seconds);
-    (cores(|sample| sample.server.cpu_seconds), cores(|sample| sample.own_cpu_seconds))
+    let server = cores(|sample| sample.server.cpu_seconds);
+    [server, cores(|sample| sample.own_cpu_seconds), cores(|sample| sample.machine_cpu_seconds)]
 }
 
 fn over_time(crowd: &Crowd, row_s: f64) -> Vec<ReportRow> {
     let row = |(at, row): (usize, &Row)| {
-        let (server_cpu, own_cpu) = cpu_between(crowd.samples.iter(), at as i64, at as i64 + 1);
+        let [server_cpu, own_cpu, machine_cpu] = cpu_between(&crowd.samples, at as i64, at as i64 + 1);
         let sample = crowd.samples.iter().find(|sample| sample.row == at as i64);
         ReportRow {
             at_s: at as f64 * row_s,
@@ -277,6 +283,7 @@ fn over_time(crowd: &Crowd, row_s: f64) -> Vec<ReportRow> {
             server_cpu,
             server_mib: sample.and_then(|sample| sample.server.resident_bytes).map(|b| b / f64::from(1 << 20)),
             own_cpu,
+            machine_cpu,
         }
     };
     // What came behind the window is no whole row.

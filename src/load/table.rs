@@ -47,7 +47,12 @@ impl Report {
                 ("server memory, MiB", number(server.resident_mib, 0)),
                 ("MB per server CPU second", number(server.bytes_per_cpu_second.map(|bytes| bytes / 1e6), 0)),
                 ("... of fan-out alone", number(server.fan_out_bytes_per_cpu_second.map(|bytes| bytes / 1e6), 0)),
-                ("own CPU, cores", number(findings.own_cpu, 2)),
+                ("CPU of the load test, cores", number(findings.own_cpu, 2)),
+                ("CPU of this machine, cores", {
+                    findings
+                        .machine_cpu
+                        .map_or("-".to_owned(), |busy| format!("{busy:.2} of {}", findings.machine_cores))
+                }),
             ]
         };
         let here = of(&self.load);
@@ -105,6 +110,7 @@ impl Report {
             number(server.cpu, 2),
             number(server.resident_mib, 0),
             number(self.load.own_cpu, 2),
+            number(self.load.machine_cpu, 2),
             number(server.bytes_per_cpu_second.map(|bytes| bytes / 1e6), 0),
             number(self.calibration.as_ref().and_then(|c| c.fan_out_ratio).map(|ratio| ratio * 1e2), 0),
             if self.holds { "yes" } else { "no" }.to_owned(),

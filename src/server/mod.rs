@@ -35,6 +35,6 @@ pub use listen::run;
 pub use ocean::Ocean;
 pub use probe_body::ProbeBody;
 pub use problem::Problem;
-pub use process::{Usage, allow_open_files};
+pub use process::{Usage, allow_open_files, machine_cpu_seconds};
 pub use proposal::When;
 pub use settings::{MAX_UNITS, Settings};

@@ -42,13 +42,27 @@ impl Usage {
     }
 }
 
+/// Seconds that all processors of this machine were busy since it began, whoever with: also what the system does for
+/// sockets and books on no process, and what a host took away.
+pub fn machine_cpu_seconds() -> Option<f64> {
+    busy(&fs::read_to_string("/proc/stat").ok()?)
+}
+
+fn busy(stat: &str) -> Option<f64> {
+    let fields = stat.lines().next()?.strip_prefix("cpu ")?.split_ascii_whitespace();
+    let fields: Vec<u64> = fields.take(8).map(|field| field.parse().ok()).collect::<Option<_>>()?;
+    let [user, nice, system, _idle, _io_wait, irq, soft_irq, stolen] = fields[..] else { return None };
+    Some((user + nice + system + irq + soft_irq + stolen) as f64 / TICKS)
+}
+
 /// Lets this process open as many files and sockets as it wants, as far as the system's hard limit allows; returns how
 /// many that are now.
 ///
 /// # Errors
 /// When the system won't say.
 pub fn allow_open_files(wanted: u64) -> std::io::Result<u64> {
-    rlimit::increase_nofile_limit(wanted)
+    // Elsewhere sockets are no files.
+    if cfg!(unix) { rlimit::increase_nofile_limit(wanted) } else { Ok(wanted) }
 }
 
 #[cfg(test)]
@@ -62,6 +76,8 @@ mod tests {
         assert_eq!(Usage::parse(stat, status), Some(Usage { cpu_seconds: 1.75, resident_bytes: 12 << 10 }));
         assert_eq!(Usage::parse(stat, "").map(|usage| usage.resident_bytes), Some(0));
         assert_eq!(Usage::parse("", status), None);
+        assert_eq!(busy("cpu  100 20 3 9999 99 4 5 6 0 0\ncpu0 1 1 1 1 1 1 1 1 0 0\n"), Some(1.38));
+        assert_eq!(busy("cpu0 1 1 1 1 1 1 1 1 0 0\n"), None);
     }
 
     #[test]
