@@ -98,12 +98,11 @@ pub async fn run(arguments: &LoadArguments, clock: Clock, mut progress: impl FnM
         plans.iter_mut().for_each(|plan| plan.decodes = false);
         let watched = Watched::Process(calibrator.id());
         let mut progress = |line: String| progress(format!("calibrating, {line}"));
-        let (findings, _) = at.go(arguments, plans, &watched, false, &mut progress).await;
-        let ceiling = findings.server.bytes_per_cpu_second;
-        let ratio = |bytes: Option<f64>| Some(bytes? / ceiling?);
+        let (findings, _) = at.go(arguments, plans, &watched, true, &mut progress).await;
+        let ratio = |of: fn(&ServerCost) -> Option<f64>| Some(of(&load.server)? / of(&findings.server)?);
         Some(Calibration {
-            ratio: ratio(load.server.bytes_per_cpu_second),
-            fan_out_ratio: ratio(load.server.fan_out_bytes_per_cpu_second),
+            ratio: ratio(|cost| cost.bytes_per_cpu_second),
+            fan_out_ratio: ratio(|cost| cost.fan_out_bytes_per_cpu_second),
             findings,
         })
     } else {

@@ -34,7 +34,7 @@ pub struct Calibration {
     pub findings: Findings,
     /// Bytes per server CPU second over the calibrator's.
     pub ratio: Option<f64>,
-    /// The same without what the server needs to make the sea for one client of each demand.
+    /// The same, of both without what the first client of each demand alone costs: the sea, and making the frames.
     pub fan_out_ratio: Option<f64>,
 }
 
