@@ -91,6 +91,10 @@ peers rounds="60":
 trochoid:
     cargo bench --bench trochoid -- --write
 
+# How many clients this machine holds, for three demands; `just load write` puts it into docs/load.md.
+load *args:
+    .ci/load {{args}}
+
 # Everything, as on a fresh machine.
 ci:
     .ci/run

@@ -30,4 +30,7 @@ pub mod server;
 pub mod client;
 
 #[cfg(feature = "server")]
+pub mod load;
+
+#[cfg(feature = "server")]
 pub mod cli;

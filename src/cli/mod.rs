@@ -2,6 +2,7 @@
 
 mod export;
 mod gpu;
+mod load;
 mod npz;
 mod plan;
 mod probe;
@@ -29,6 +30,11 @@ enum Command {
     Serve(serve::ServeArguments),
     /// Watch a server: live figures, a picture, or a report as JSON.
     Watch(crate::client::WatchArguments),
+    /// Test how many clients a server holds: throughput, ages, gaps, and what it costs.
+    Load(Box<crate::load::LoadArguments>),
+    /// Send raw messages to many connections; `load --calibrate` starts it.
+    #[command(hide = true, name = crate::load::CALIBRATOR)]
+    Calibrator,
     /// Write the fields of one tick to an .npz file.
     Export(export::ExportArguments),
     /// Print what a demand takes, pass by pass, and what each effect costs on this machine.
@@ -44,6 +50,8 @@ pub fn main() -> ExitCode {
         None => serve::run(arguments.serve),
         Some(Command::Serve(arguments)) => serve::run(arguments),
         Some(Command::Watch(arguments)) => watch::run(&arguments),
+        Some(Command::Load(arguments)) => load::run(&arguments),
+        Some(Command::Calibrator) => load::calibrator(),
         Some(Command::Export(arguments)) => export::run(&arguments),
         Some(Command::Plan(arguments)) => plan::run(&arguments),
         Some(Command::Probe(arguments)) => probe::run(&arguments),

@@ -13,7 +13,7 @@ use super::scene;
 use crate::control::{Begun, Epoch, Store};
 use crate::engine::{BackendChoice, Clock, EngineSettings};
 use crate::sea::Timeline;
-use crate::server::{self, Ocean, Settings};
+use crate::server::{self, Ocean, Settings, allow_open_files};
 
 #[derive(Debug, Args)]
 pub struct ServeArguments {
@@ -37,6 +37,9 @@ pub struct ServeArguments {
     /// Threads that compute [default: one for each core]
     #[arg(long, env = "SWELLCAST_THREADS", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
+    /// Most stream clients; from one address, too
+    #[arg(long, env = "SWELLCAST_CLIENTS", default_value_t = 2048, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    clients: u32,
     /// An origin that may open a stream beside the server's own, like https://show.example; may be repeated
     #[arg(long, value_name = "ORIGIN")]
     allow_origin: Vec<String>,
@@ -79,8 +82,15 @@ async fn serve(arguments: ServeArguments) -> Result<()> {
             ..EngineSettings::default()
         },
         allowed_origins: arguments.allow_origin,
-        ..Settings::default()
+        ..Settings::for_clients(arguments.clients as usize)
     };
+    // A socket for each connection, and a few files.
+    let wanted = settings.connections as u64 + 64;
+    match allow_open_files(wanted) {
+        Ok(allowed) if allowed >= wanted => {}
+        Ok(allowed) => tracing::warn!(allowed, wanted, "the system allows too few open files for all connections"),
+        Err(error) => tracing::warn!(%error, "asking how many files may be open"),
+    }
     let address = listener.local_addr()?;
     let ocean = tokio::task::spawn_blocking(move || Ocean::start(store, begun, settings)).await?;
     for warning in ocean.current().timeline.warnings() {

@@ -335,7 +335,7 @@ impl<N: Fn() -> i64> Connection<N> {
 }
 
 /// The address of the stream, its host and its port, from what people type.
-fn stream_uri(url: &str) -> Option<(Uri, String, u16)> {
+pub(crate) fn stream_uri(url: &str) -> Option<(Uri, String, u16)> {
     let rest = match url.split_once("://") {
         Some(("http" | "ws", rest)) => rest,
         Some(_) => return None,

@@ -13,6 +13,8 @@ mod stats;
 mod surface;
 mod watch;
 
+pub(crate) use connection::stream_uri;
+
 pub use clock::{Exchange, SharedClock};
 pub use connection::{Closed, ConnectError, Connection, Event};
 pub use playback::{Footing, MAX_SAMPLES, Playback, RING, StrayFrame, TileKey};

@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use super::ocean::Ocean;
+use super::process::Usage;
 
 /// Counts of the server; the engine keeps its own.
 #[derive(Debug, Default)]
@@ -57,8 +58,15 @@ pub fn page(ocean: &Ocean) -> String {
     let mut page = String::with_capacity(4096);
     let mut put = |name: &str, kind: &str, help: &str, labels: &str, value: f64| {
         // Writing to a string can't fail.
-        let _ = writeln!(page, "# HELP swellcast_{name} {help}\n# TYPE swellcast_{name} {kind}");
-        let _ = writeln!(page, "swellcast_{name}{labels} {value}");
+        let _ = writeln!(page, "# HELP {name} {help}\n# TYPE {name} {kind}\n{name}{labels} {value}");
+    };
+    // Names that every program has.
+    if let Some(Usage { cpu_seconds, resident_bytes }) = Usage::own() {
+        put("process_cpu_seconds_total", "counter", "Processor used, user and system.", "", cpu_seconds);
+        put("process_resident_memory_bytes", "gauge", "Memory in use.", "", resident_bytes as f64);
+    }
+    let mut put = |name: &str, kind: &str, help: &str, labels: &str, value: f64| {
+        put(&format!("swellcast_{name}"), kind, help, labels, value);
     };
     let build = format!("{{version=\"{}\",backend=\"{}\"}}", env!("CARGO_PKG_VERSION"), engine.backend);
     let count = |n: &AtomicU64| n.load(Relaxed) as f64;

@@ -33,6 +33,17 @@ pub struct Settings {
     pub farewell: Duration,
 }
 
+impl Settings {
+    /// The defaults, but for so many stream clients, who may all come from one address. Twice as many connections, so
+    /// that requests get through when all are there.
+    pub fn for_clients(clients: usize) -> Self {
+        let usual = Self::default();
+        let connections = clients.saturating_mul(2).max(usual.connections);
+        let connections_per_address = clients.saturating_add(64).max(usual.connections_per_address);
+        Self { clients, connections, connections_per_address, ..usual }
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {

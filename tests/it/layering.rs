@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms in the order the data flows. A room imports only rooms before it ...
-const ORDER: [&str; 14] = [
+const ORDER: [&str; 15] = [
     "wire",
     "scene",
     "sea",
@@ -17,18 +17,21 @@ const ORDER: [&str; 14] = [
     "control",
     "server",
     "client",
+    "load",
     "accuracy",
     "cli",
 ];
 
 /// ... and of those not these: what each must not know.
-const MUST_NOT_KNOW: [(&str, &[&str]); 4] = [
+const MUST_NOT_KNOW: [(&str, &[&str]); 5] = [
     // The reference checks the fast path, and shares none of it.
     ("reference", &["pass", "backend"]),
     ("tile", &["backend", "reference"]),
     ("control", &["pass", "backend", "reference", "tile", "engine"]),
     // A thin client has the protocol, a decoder and a clock.
     ("client", &["scene", "sea", "plan", "pass", "backend", "reference", "control", "server"]),
+    // The load test sees a server as clients do.
+    ("load", &["scene", "sea", "plan", "pass", "backend", "reference", "control"]),
 ];
 
 const MOST_LINES: usize = 400;

@@ -19,6 +19,7 @@ mod gpu;
 mod hostile;
 mod laws;
 mod layering;
+mod load;
 mod models;
 mod normals;
 mod plan;
