@@ -35,10 +35,10 @@ pub fn residual_bytes(counts: &[i16], basis: Basis, taps: Taps, n: usize, out: &
     let mut row = [0; TILE];
     for z in 0..n {
         predict_row(basis, taps, n, z, &mut row[..n]);
-        for x in 0..n {
+        for (x, predicted) in row[..n].iter().enumerate() {
             let predicted = match basis {
                 Basis::Space => lorenzo(counts, n, z, x),
-                _ => nearest(row[x]) as i16,
+                _ => nearest(*predicted) as i16,
             };
             let residual = counts[z * n + x].wrapping_sub(predicted);
             folded.push((residual << 1 ^ residual >> 15) as u16);
@@ -57,13 +57,13 @@ pub fn restore(low: &[u8], high: Option<&[u8]>, basis: Basis, taps: Taps, n: usi
     let mut row = [0; TILE];
     for z in 0..n {
         predict_row(basis, taps, n, z, &mut row[..n]);
-        for x in 0..n {
+        for (x, predicted) in row[..n].iter().enumerate() {
             let at = z * n + x;
             let folded = u16::from(low[at]) | high.map_or(0, |high| u16::from(high[at])) << 8;
             let residual = (folded >> 1) as i16 ^ -((folded & 1) as i16);
             let predicted = match basis {
                 Basis::Space => lorenzo(counts, n, z, x),
-                _ => nearest(row[x]) as i16,
+                _ => nearest(*predicted) as i16,
             };
             counts[at] = predicted.wrapping_add(residual);
         }

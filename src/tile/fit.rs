@@ -122,9 +122,8 @@ fn solve(mut a: [[f64; COLUMNS]; COLUMNS], used: usize, prior: f64) -> Option<[f
         }
         for j in i + 1..used {
             let share = a[i][j] / pivot;
-            for k in j..used {
-                a[j][k] -= share * a[i][k];
-            }
+            let row = a[i];
+            a[j][j..used].iter_mut().zip(&row[j..used]).for_each(|(below, above)| *below -= share * above);
             right[j] -= share * right[i];
         }
     }

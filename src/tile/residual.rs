@@ -87,8 +87,8 @@ impl pulp::NullaryFnOnce for Subtract<'_> {
         let lines = counts.chunks_exact(n).zip(wide.chunks_exact_mut(n).zip(places.chunks_exact_mut(n)));
         for (z, (line, (wide, places))) in lines.enumerate() {
             if let Basis::Space = basis {
-                for x in 0..n {
-                    row[x] = predict_in_space(counts, taps, n, z, x);
+                for (x, sample) in row.iter_mut().enumerate() {
+                    *sample = predict_in_space(counts, taps, n, z, x);
                 }
             } else {
                 predict_row_inlined(basis, taps, n, z, row);
@@ -125,7 +125,7 @@ impl pulp::NullaryFnOnce for Symbols<'_> {
         for i in 0..keys.len().min(wide.len()).min(places.len()) {
             let high = wide[i] >> shift;
             // The ends of the range may stand for anything beyond.
-            let escapes = (high < -127) | (high > 127) | (wide[i] == i16::MIN) | (wide[i] == i16::MAX);
+            let escapes = !(-127..=127).contains(&high) | (wide[i] == i16::MIN) | (wide[i] == i16::MAX);
             any |= escapes;
             let symbol = if escapes { i16::from(ESCAPE) } else { high };
             keys[i] = (symbol + 128) as u16 | (places[i] & many);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use bytes::Bytes;
 use futures_util::{SinkExt, StreamExt};
@@ -13,7 +13,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpSocket, TcpStream};
 use tokio::sync::oneshot;
 use tokio::task::{JoinHandle, JoinSet};
-use tokio::time::{sleep, timeout};
+use tokio::time::{Instant, sleep, timeout};
 use tokio_websockets::{Message, Payload};
 
 use crate::served::{Client, Got, PATIENCE, SMALL, Served, header, unit};
@@ -222,7 +222,8 @@ async fn a_flood_of_subscriptions_costs_others_nothing() {
     let served = Served::start(&scene(SMALL), Settings::default()).await;
     let beside = Beside::start(&served).await;
     let ask = |id: u32| {
-        let units: Vec<Value> = if id % 2 == 0 { vec![unit(0, "slopes"), unit(0, "foam")] } else { Vec::new() };
+        let units: Vec<Value> =
+            if id.is_multiple_of(2) { vec![unit(0, "slopes"), unit(0, "foam")] } else { Vec::new() };
         json!({ "type": "subscribe", "id": id, "rate_hz": 60, "units": units }).to_string()
     };
     while beside.reads_on() {

@@ -189,7 +189,7 @@ fn the_streams_hold_what_they_are_named_for() {
         let stream = streams.iter().find(|stream| stream.name == name).unwrap();
         stream.frames.iter().map(|frame| frame.bytes[HEADER_BYTES + 20 + at]).collect::<Vec<_>>()
     };
-    assert!(byte("rans-64", 0).iter().any(|contexts| *contexts == 4));
+    assert!(byte("rans-64", 0).contains(&4));
     assert!(byte("rans-16", 0).iter().all(|contexts| *contexts == 1));
     assert!(byte("rans-shift", 1).iter().any(|shift| *shift > 0));
     assert!(byte("rans-escapes", 8).iter().any(|escapes| *escapes > 0));
