@@ -99,6 +99,9 @@ impl Decoder {
         let samples = n * n;
         if unit.codec.is_float() {
             let values = floats(unit.codec, payload);
+            if values.iter().any(|value| !value.is_finite()) {
+                return Err(DecodeError::Payload("a value that is not finite"));
+            }
             return Ok(DecodedFrame { header, planes: values.chunks_exact(samples).map(<[f32]>::to_vec).collect() });
         }
         let channels = usize::from(header.channels);

@@ -141,6 +141,20 @@ pub fn damaged() -> Vec<(&'static str, &'static str, Vec<u8>)> {
         ("table-long", "symbols above 255", edited(key(), &|b| b[plane + 29] = 255)),
         ("cut", "ends within the last plane", edited(key(), &|b| b.truncate(b.len() - 4))),
         ("longer", "four bytes after the last plane", edited(key(), &|b| b.extend([0; 4]))),
+        (
+            "f32-nan",
+            "a float that is no number",
+            edited(frame("f32-8", 0), &|b| {
+                b[HEADER_BYTES + 4..HEADER_BYTES + 8].copy_from_slice(&f32::NAN.to_le_bytes());
+            }),
+        ),
+        (
+            "f16-infinite",
+            "an infinite float",
+            edited(frame("f16-8", 0), &|b| {
+                b[HEADER_BYTES..HEADER_BYTES + 2].copy_from_slice(&0x7c00u16.to_le_bytes());
+            }),
+        ),
         ("deflate", "no deflate stream", edited(frame("deflate-16", 0), &|b| b[HEADER_BYTES + 40..].fill(0xff))),
         (
             "deflate-short",
