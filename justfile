@@ -87,6 +87,10 @@ bench-gpu:
 peers rounds="60":
     CARGO_TARGET_DIR=target/peers cargo run --release --manifest-path benches/peers/Cargo.toml --bin fftw -- {{rounds}} docs/performance.md
 
+# Write docs/codec.md anew: bytes, times and errors of the codec, on whole seconds of sea.
+codec:
+    cargo bench --bench encode -- --write
+
 # Write the table of docs/trochoid.md anew.
 trochoid:
     cargo bench --bench trochoid -- --write

@@ -6,6 +6,7 @@ mod beside;
 mod changes;
 mod client;
 mod codec;
+mod codec_served;
 mod contract;
 mod control;
 mod cpu;
