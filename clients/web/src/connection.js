@@ -1,7 +1,8 @@
 // One WebSocket to the server: connects, subscribes, exchanges time, decodes, reconnects.
 // Runs in the worker; holds no time of its own beyond what a reconnect needs.
 
-import { decodeFrame, FrameError } from './decode.js';
+import { decodeFrame } from './decode.js';
+import { FrameError } from './frame.js';
 import { isThere, MessageError, parseServerMessage, subscribeMessage, SUBPROTOCOL, timeMessage } from './messages.js';
 import { planUnits } from './plan.js';
 

@@ -1,105 +1,163 @@
-// Reads a binary frame (PROTOCOL.md section 5): every check, no copy of a sample.
-// Invariant: a frame that is wrong in any way is refused as a whole.
+// Frames back to counts (PROTOCOL.md sections 5 and 10), in the order in which they came.
+// Invariant: a frame that is wrong in any way is refused as a whole, and what was decoded before stands.
 
-import { crc32 } from './crc32.js';
+import { inflated, restorePlane } from './deflate.js';
+import { DEFLATE, F16, F32, FrameError, HEADER_BYTES, I16, layerOf, RANS, readHeader } from './frame.js';
+import { History } from './history.js';
+import { TAPS } from './predict.js';
+import { readPlane } from './rans.js';
 
-export const HEADER_BYTES = 88;
-export const CLASSES = ['0.5mm', '1mm', '5mm', '20mm'];
-export const GROUPS = ['displacement', 'slopes', 'derivatives', 'foam', 'height', 'velocity', 'jacobian', 'stretch', 'normals'];
-export const GROUP_CHANNELS = [3, 2, 3, 1, 1, 3, 2, 2, 2];
-export const FLAG_KEY = 1;
-export const FLAG_SATURATED = 2;
+const TAPS_BYTES = 2 * TAPS + 4;
 
-const MAGIC = 0x31465753; // "SWF1", little-endian
-const TILE = 256;
-const MAX_TICK_HIGH = 0x1fffff; // upper half of 2^53 - 1
+/** A frame that is predicted from one that is not held: its unit must begin anew. */
+export class MissingError extends FrameError {}
 
-/** A frame that must be dropped; `message` says why. */
-export class FrameError extends Error {}
+/** A frame whose header is right and whose payload is not: what follows can't be predicted from it. */
+export class PayloadError extends FrameError {}
 
 /**
- * @typedef {object} Frame
- * @property {number} cascade `index` of one of `hello.layout.cascades`
- * @property {number} level
- * @property {number} class index into CLASSES
- * @property {number} group index into GROUPS
- * @property {number} flags FLAG_KEY, FLAG_SATURATED
- * @property {number} n samples a side of this tile
- * @property {number} levelN samples a side of the whole patch at this level
- * @property {number} tileX
- * @property {number} tileZ
- * @property {number} channels
- * @property {number} tick
- * @property {string} epoch 16 hexadecimal digits
- * @property {bigint} sequence
- * @property {number} layout changes of layout in effect at its tick
- * @property {Float32Array} step metres (or 1) a count, per channel
- * @property {Float32Array} maxError per channel
- * @property {Int16Array} counts all planes, one after the other: a view into the message
+ * @typedef {import('./frame.js').Frame & {counts: Int16Array | null, floats: Float32Array | null}} DecodedFrame all planes,
+ *   one after the other: counts, or floats with the codecs that have no counts. With codec `i16` a view into the message
  */
 
-/**
- * @param {ArrayBuffer} buffer one whole binary message
- * @returns {Frame}
- * @throws {FrameError}
- */
-export function decodeFrame(buffer) {
-  const size = buffer.byteLength;
-  if (size < HEADER_BYTES) refuse(`${size} bytes, a header has ${HEADER_BYTES}`);
-  const view = new DataView(buffer);
-  const u8 = (at) => view.getUint8(at);
-  const u16 = (at) => view.getUint16(at, true);
-  const u32 = (at) => view.getUint32(at, true);
+/** Bounded: what is kept for predictions is four frames of a tile, of no more samples in all than it was made for. */
+export class Decoder {
+  /**
+   * @param {number} mostSamples of all units at one tick
+   * @param {((bytes: Uint8Array, most: number) => Uint8Array) | null} inflate for codec `deflate`
+   */
+  constructor(mostSamples, inflate = null) {
+    this.mostSamples = mostSamples;
+    this.inflate = inflate;
+    this.units = new Map(); // by unit, then tile: History
+    this.taps = [0, 1, 2].map(() => new Int16Array(TAPS));
+  }
 
-  if (u32(0) !== MAGIC) refuse('magic is not SWF1');
-  if (u16(4) !== HEADER_BYTES) refuse(`header_bytes is ${u16(4)}`);
-  const level = u8(7), kind = u8(8), group = u8(9), flags = u8(11);
-  if (kind >= CLASSES.length) refuse(`unknown class ${kind}`);
-  if (group >= GROUPS.length) refuse(`unknown group ${group}`);
-  if (u8(10) !== 0) refuse(`unknown codec ${u8(10)}`);
-  if (flags & ~(FLAG_KEY | FLAG_SATURATED)) refuse(`unknown flags ${flags}`);
+  /**
+   * Forgets the frames of units that are not wanted any more.
+   * @param {(frame: import('./frame.js').Frame) => boolean} wanted asked of the cascade, level, class, group and codec
+   */
+  retain(wanted) {
+    for (const [key, unit] of this.units) if (!wanted(unit)) this.units.delete(key);
+  }
 
-  const n = u16(12), levelN = u16(14), tileX = u16(16), tileZ = u16(18), channels = u16(20);
-  if (n < 8 || n > TILE || (n & (n - 1)) !== 0) refuse(`n is ${n}`);
-  if (levelN === 0 || levelN % n !== 0) refuse(`level_n is ${levelN}, n is ${n}`);
-  if (levelN !== n && n !== TILE) refuse(`a patch of ${levelN} is cut into tiles of ${n}`);
-  if (tileX >= levelN / n || tileZ >= levelN / n) refuse(`tile ${tileX}, ${tileZ} lies outside the patch`);
-  if (channels !== GROUP_CHANNELS[group]) refuse(`${channels} channels of ${GROUPS[group]}`);
-  if (u16(22) !== 0 || u32(84) !== 0) refuse('a zero field is not zero');
-  if (u32(28) > MAX_TICK_HIGH) refuse('tick is above 2^53 - 1');
+  /**
+   * @param {ArrayBuffer} buffer one whole binary message
+   * @returns {DecodedFrame}
+   * @throws {FrameError}
+   */
+  decode(buffer) {
+    const frame = readHeader(buffer);
+    const { codec, channels, n } = frame;
+    const samples = channels * n * n;
+    frame.counts = frame.floats = null;
+    if (codec === I16) frame.counts = new Int16Array(buffer, HEADER_BYTES, samples);
+    else if (codec === F16) frame.floats = Float32Array.from(new Uint16Array(buffer, HEADER_BYTES, samples), fromHalf);
+    else if (codec === F32) frame.floats = new Float32Array(buffer, HEADER_BYTES, samples);
+    else this.#predicted(frame, buffer);
+    return frame;
+  }
 
-  const step = new Float32Array(buffer, 56, 3);
-  const maxError = new Float32Array(buffer, 68, 3);
-  for (let c = 0; c < 3; c++) {
-    if (c < channels) {
-      if (!(step[c] > 0 && step[c] < Infinity)) refuse(`step ${c} is ${step[c]}`);
-      if (!(maxError[c] > 0 && maxError[c] < Infinity)) refuse(`max_error ${c} is ${maxError[c]}`);
-    } else if (step[c] !== 0 || maxError[c] !== 0) {
-      refuse(`step or max_error of absent channel ${c} is not zero`);
+  #predicted(frame, buffer) {
+    const { codec, tick, depth, channels, n } = frame;
+    const history = this.#history(frame);
+    frame.counts = new Int16Array(channels * n * n);
+    const basis = (channel) => {
+      if (depth === 0) return [];
+      const planes = history?.basis(tick, depth, channel);
+      if (!planes) throw new MissingError(`predicted from a frame that is not held: depth ${depth} at tick ${tick}`);
+      return planes;
+    };
+    try {
+      if (codec === RANS) this.#rans(frame, buffer, basis);
+      else this.#deflate(frame, buffer, basis);
+    } catch (error) {
+      if (error.constructor === FrameError) throw new PayloadError(error.message);
+      throw error;
+    }
+    if (layerOf(tick) < 2) this.#keep(frame, history);
+  }
+
+  #rans({ depth, channels, n, counts }, buffer, basis) {
+    const view = new DataView(buffer), words = new Uint16Array(buffer, 0, buffer.byteLength >> 1);
+    let at = HEADER_BYTES;
+    for (let c = 0; c < channels; c++) {
+      readTaps(view, at, this.taps[c]);
+      const plane = counts.subarray(c * n * n, (c + 1) * n * n);
+      at = readPlane(view, words, at + TAPS_BYTES, depth, basis(c), this.taps[c], n, plane);
+    }
+    if (at !== buffer.byteLength) throw new FrameError('payload: bytes after the last plane');
+  }
+
+  #deflate({ depth, channels, n, counts }, buffer, basis) {
+    if (!this.inflate) throw new FrameError('codec deflate is not read here');
+    const view = new DataView(buffer), samples = n * n, wide = [];
+    for (let c = 0; c < channels; c++) wide.push(readTaps(view, HEADER_BYTES + c * TAPS_BYTES, this.taps[c]));
+    const size = samples * (channels + wide.filter(Boolean).length);
+    const bytes = inflated(this.inflate, new Uint8Array(buffer, HEADER_BYTES + channels * TAPS_BYTES), size);
+    let at = 0;
+    const take = () => bytes.subarray(at, at += samples);
+    for (let c = 0; c < channels; c++) {
+      const low = take(), high = wide[c] ? take() : null;
+      restorePlane(low, high, depth, basis(c), this.taps[c], n, counts.subarray(c * samples, (c + 1) * samples));
     }
   }
 
-  const payload = u32(52);
-  if (payload !== channels * n * n * 2) refuse(`payload_bytes is ${payload}`);
-  if (size !== HEADER_BYTES + payload) refuse(`${size} bytes, must be ${HEADER_BYTES + payload}`);
-  const crc = crc32(crc32(0, buffer, 0, 80), buffer, HEADER_BYTES, payload);
-  if (crc !== u32(80)) refuse('crc differs');
+  /** What is held of the frame's tile, if it is of the same sea and size. */
+  #history({ epoch, channels, n, tileX, tileZ, ...unit }) {
+    const held = this.units.get(keyOf(unit))?.tiles.get(tileX * 65536 + tileZ);
+    return held && held.epoch === epoch && held.channels === channels && held.samples === n * n ? held : null;
+  }
 
-  return {
-    cascade: u8(6), level, class: kind, group, flags, n, levelN, tileX, tileZ, channels,
-    tick: u32(28) * 0x100000000 + u32(24),
-    epoch: hex32(u32(36)) + hex32(u32(32)),
-    sequence: view.getBigUint64(40, true),
-    layout: u32(48),
-    step, maxError,
-    counts: new Int16Array(buffer, HEADER_BYTES, channels * n * n),
-  };
+  #keep(frame, held) {
+    const { cascade, level, class: kind, group, codec, epoch, channels, n, tileX, tileZ } = frame;
+    const key = keyOf(frame), tile = tileX * 65536 + tileZ;
+    let history = held;
+    if (!history) {
+      this.units.get(key)?.tiles.delete(tile);
+      // More than was asked for: what comes of it can't be predicted from.
+      if (this.#samples() + channels * n * n > this.mostSamples) return;
+      if (!this.units.has(key)) this.units.set(key, { cascade, level, class: kind, group, codec, tiles: new Map() });
+      history = new History(epoch, channels, n * n);
+      this.units.get(key).tiles.set(tile, history);
+    }
+    history.keep(frame.tick, frame.counts);
+  }
+
+  #samples() {
+    let sum = 0;
+    for (const { tiles } of this.units.values()) for (const { channels, samples } of tiles.values()) sum += channels * samples;
+    return sum;
+  }
 }
 
-function hex32(value) {
-  return value.toString(16).padStart(8, '0');
+/**
+ * Reads a frame that stands by itself.
+ * @param {ArrayBuffer} buffer
+ * @returns {DecodedFrame}
+ * @throws {FrameError}
+ */
+export function decodeFrame(buffer) {
+  return new Decoder(0).decode(buffer);
 }
 
-function refuse(why) {
-  throw new FrameError(why);
+/** Which unit a frame is of, as one number. */
+function keyOf({ cascade, level, class: kind, group, codec }) {
+  return (((cascade * 256 + level) * 4 + kind) * 16 + group) * 8 + codec;
+}
+
+/** Fills in taps; returns whether residuals have two bytes. */
+function readTaps(view, at, taps) {
+  if (view.byteLength - at < TAPS_BYTES) throw new FrameError('payload: too short');
+  for (let i = 0; i < TAPS; i++) taps[i] = view.getInt16(at + 2 * i, true);
+  const wide = view.getUint32(at + 2 * TAPS, true);
+  if (wide > 1) throw new FrameError('payload: bytes after the taps');
+  return wide === 1;
+}
+
+/** A 16-bit float. */
+function fromHalf(bits) {
+  const sign = bits & 0x8000 ? -1 : 1, exponent = bits >> 10 & 31, fraction = bits & 1023;
+  if (exponent === 31) return fraction === 0 ? sign * Infinity : NaN;
+  return sign * (exponent === 0 ? fraction * 2 ** -24 : (1024 + fraction) * 2 ** (exponent - 25));
 }

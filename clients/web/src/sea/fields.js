@@ -7,7 +7,7 @@
 //   moment        hx^2, hz^2, hx hz, foam     what mipmaps of slopes lose, they keep: E[s s^T]
 //   shear         Dxz
 
-import { GROUP_CHANNELS, GROUPS } from '../decode.js';
+import { GROUP_CHANNELS, GROUPS } from '../frame.js';
 import { isThere, REST_TICKS, TICKS_PER_SECOND } from '../messages.js';
 import { bindTexture, COVER_VERTEX, makeProgram } from './gl.js';
 import { Unit } from './unit.js';
@@ -132,7 +132,7 @@ export class Fields {
   }
 
   /**
-   * @param {import('../decode.js').Frame} frame
+   * @param {import('../decode.js').DecodedFrame} frame
    * @returns {boolean} whether it was of use
    */
   accept(frame) {

@@ -27,7 +27,7 @@ export class Unit {
   }
 
   /**
-   * @param {import('../decode.js').Frame} frame
+   * @param {import('../decode.js').DecodedFrame} frame
    * @returns {boolean} whether it was of use
    */
   accept(frame) {

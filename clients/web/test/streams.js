@@ -1,0 +1,26 @@
+// Files of frames: each after its length, a u32.
+
+import { readFileSync } from 'node:fs';
+
+/**
+ * @param {string | URL} file
+ * @returns {ArrayBuffer[]} each as a WebSocket would give it
+ */
+export function framesOf(file) {
+  return split(readFileSync(file));
+}
+
+/**
+ * @param {Uint8Array} bytes
+ * @returns {ArrayBuffer[]}
+ */
+export function split(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const frames = [];
+  for (let at = 0; at < bytes.length;) {
+    const length = view.getUint32(at, true);
+    frames.push(Uint8Array.from(bytes.subarray(at + 4, at + 4 + length)).buffer);
+    at += 4 + length;
+  }
+  return frames;
+}
