@@ -1,20 +1,33 @@
-// The server's time as this client sees it. Pure: own time is always an argument (milliseconds).
+// The shared clock: server time from four timestamps of each exchange. Pure: own time is always an argument.
+// All times are microseconds. The same algorithm as src/client/clock.rs, held to the same proto/vectors/clock.json.
 //
-// Delay only ever adds. So with f = t1 - t0 and g = t2 - t3 of every exchange, the true offset lies
-// below all f and above all g: a corridor, bounded by the exchanges that were fast one way, which
-// need not be the same ones. The line (offset and drift) through the middle of the widest corridor
-// is the estimate (Moon, Skelly & Towsley 1999), half the corridor's width its bound. A late message
-// can't move it; exchanges that leave no corridor say that the clocks have changed.
+// An exchange bounds the offset from both sides, whatever the network did: it is at most t1 - t0 (the request took no
+// negative time) and at least t2 - t3. Delay only ever loosens these bounds, so the tight ones are the good samples:
+// the line below every upper bound and the line above every lower bound enclose the truth (Moon, Skelly & Towsley
+// 1999), and their middle is right by as much as the quickest requests and the quickest answers take equally long.
 
-import { TICKS_PER_SECOND } from './messages.js';
-
-const CAPACITY = 128;
-const STEP_MS = 200;
+/** Exchanges that are kept. */
+const SAMPLES = 128;
+/** A jump of server time larger than this is followed at once. */
+const STEP_US = 200_000;
+/** Share of passing time by which server time is bent towards the truth otherwise. */
 const SLEW = 0.01;
-const MAX_DRIFT = 3e-4; // no crystal is worse
-const DRIFT_SPAN_MS = 10_000, LONG_SPAN_MS = 60_000;
-const MIN_FOR_DRIFT = 16;
-const AGE_ERROR = 2e-5; // what the drift may be wrong by, per unit of time
+/** No two clocks differ more in rate: twice what a poor crystal is off. */
+const MAX_DRIFT = 200e-6;
+/** What two clocks usually differ: a slope is trusted as far as its noise is below this. */
+const USUAL_DRIFT = 50e-6;
+/** Noise of a slope, times the span of the samples, as a share of half the least round trip; found by simulation. */
+const SLOPE_NOISE = 0.1;
+/** Times beyond this are nobody's: 36,000 years. */
+const MAX_US = 2 ** 60;
+
+/**
+ * @typedef {object} Exchange t0 and t3 by our clock, t1 and t2 by the server's
+ * @property {number} t0 when we sent the request
+ * @property {number} t1 when the server read it
+ * @property {number} t2 when it wrote its answer
+ * @property {number} t3 when we read the answer
+ */
 
 export class Clock {
   constructor() {
@@ -23,29 +36,42 @@ export class Clock {
 
   /** Forgets everything: another timeline begins. */
   reset() {
-    this.samples = []; // {at, offset, rtt, above, below}, oldest first
-    this.fit = null; // {at, offset, drift}
-    this.gap = Infinity; // width of the corridor, ms
-    this.shown = null; // {at, server}: what was shown last, for slewing
-    this.steps = 0;
+    this.exchanges = []; // the oldest first
+    this.origin = { ours: 0, offset: 0 }; // at the last fit; everything else is relative to it, so that it stays exact
+    this.fit = null; // {offset, drift, halfWidth, bound}
+    this.lag = 0; // what server time still lacks to the fit at the origin
+    this.contradictions = 0; // exchanges in a row that the fit says can't be
   }
 
   /**
-   * One `time` exchange.
-   * @param {number} t0 own time when the request was sent, ms
-   * @param {number} t1 server time when it was read, ms
-   * @param {number} t2 server time when the answer was written, ms
-   * @param {number} t3 own time when it came, ms
+   * Takes one exchange.
+   * @param {Exchange} exchange
+   * @returns {boolean} whether it was possible; an impossible one changes nothing
    */
-  exchange(t0, t1, t2, t3) {
-    const rtt = t3 - t0 - (t2 - t1);
-    if (!(rtt >= 0) || !Number.isFinite(t1 + t2)) return;
-    const sample = { at: (t0 + t3) / 2, offset: ((t1 - t0) + (t2 - t3)) / 2, rtt, above: t1 - t0, below: t2 - t3 };
-    // A server clock that was set, or a machine that slept: nothing held is true any more.
-    if (this.fit && Math.abs(sample.offset - this.#offsetAt(sample.at)) > STEP_MS + rtt / 2) this.samples.length = 0;
-    this.samples.push(sample);
-    if (this.samples.length > CAPACITY) this.samples.shift();
-    this.#refit();
+  observe(exchange) {
+    if (!isPossible(exchange)) return false;
+    const { t2, t3 } = exchange;
+    const before = this.serverUs(t3);
+    if (this.#contradicts(exchange)) {
+      // One of our clocks was set or stood still: the old samples say nothing about the new time. Two in a row, so that
+      // one wild answer doesn't throw away a good fit.
+      if (++this.contradictions < 2) return true;
+      this.exchanges.length = 0;
+    }
+    this.contradictions = 0;
+    if (this.exchanges.length === SAMPLES) this.exchanges.shift();
+    this.exchanges.push(exchange);
+    this.origin = { ours: t3, offset: t2 - t3 };
+    let fit = fitOf(this.exchanges, this.origin);
+    while (fit.halfWidth < 0 && this.exchanges.length > 1) {
+      // Bounds that exclude one another: the clocks ran apart, or one was moved a little. The newer ones are right.
+      this.exchanges.shift();
+      fit = fitOf(this.exchanges, this.origin);
+    }
+    this.fit = fit;
+    const lag = Number.isNaN(before) ? 0 : before - (t3 + this.origin.offset + round(fit.offset));
+    this.lag = Math.abs(lag) > STEP_US ? 0 : lag;
+    return true;
   }
 
   /** Whether there is any time to show. */
@@ -54,88 +80,88 @@ export class Clock {
   }
 
   /**
-   * Server time to show, never backwards, slewed by at most 1 %.
-   * @param {number} now own time, ms; not before an earlier call's
-   * @returns {number} ms since tick 0, or NaN before the first exchange
+   * @param {number} now own time
+   * @returns {number} server time since tick 0; NaN before the first exchange
    */
-  serverMs(now) {
+  serverUs(now) {
     if (!this.fit) return NaN;
-    const wanted = now + this.#offsetAt(now);
-    if (!this.shown || Math.abs(wanted - (this.shown.server + now - this.shown.at)) > STEP_MS) {
-      if (this.shown) this.steps++;
-      this.shown = { at: now, server: wanted };
-      return wanted;
-    }
-    const elapsed = now - this.shown.at;
-    const free = this.shown.server + elapsed;
-    const most = SLEW * elapsed;
-    this.shown.server = free + Math.min(most, Math.max(-most, wanted - free));
-    this.shown.at = now;
-    return this.shown.server;
+    const { ours, offset } = this.origin;
+    const passed = now - ours;
+    const lag = Math.sign(this.lag) * Math.max(0, Math.abs(this.lag) - SLEW * Math.max(0, passed));
+    return ours + passed + offset + round(this.fit.offset + this.fit.drift * passed + lag);
   }
 
   /**
-   * @param {number} now own time, ms
-   * @returns {number} server time in ticks, not rounded
+   * How far server time can be off: the truth lies within it even if one direction took no time and the clocks' rates
+   * differ as much as clocks may.
+   * @param {number} now own time
+   * @returns {number} Infinity before the first exchange
    */
-  serverTick(now) {
-    return this.serverMs(now) * (TICKS_PER_SECOND / 1000);
+  errorBoundUs(now) {
+    if (!this.fit) return Infinity;
+    const passed = Math.max(0, now - this.origin.ours);
+    return Math.ceil(this.fit.bound + Math.max(0, Math.abs(this.lag) - SLEW * passed) + MAX_DRIFT * passed);
   }
 
-  /**
-   * How wrong the time shown may be: half the corridor, what drift may have added since, and what
-   * is still being slewed.
-   * @param {number} now own time, ms
-   * @returns {{boundMs: number, rttMs: number}}
-   */
-  quality(now) {
-    if (!this.fit) return { boundMs: Infinity, rttMs: Infinity };
-    const slewing = this.shown ? Math.abs(now + this.#offsetAt(now) - (this.shown.server + now - this.shown.at)) : 0;
-    const age = Math.max(0, now - this.fit.at) * (this.fit.known ? AGE_ERROR : MAX_DRIFT);
-    return { boundMs: this.gap / 2 + age + slewing, rttMs: Math.min(...this.samples.map((s) => s.rtt)) };
+  /** By how much the server's clock runs faster than ours, as a share. */
+  get drift() {
+    return this.fit?.drift ?? 0;
   }
 
-  #offsetAt(at) {
-    return this.fit.offset + this.fit.drift * (at - this.fit.at);
-  }
-
-  #refit() {
-    for (;;) {
-      const { samples } = this;
-      const newest = samples[samples.length - 1], at = newest.at, origin = newest.offset;
-      const corridor = (drift) => {
-        let top = Infinity, bottom = -Infinity;
-        for (const s of samples) {
-          const shift = drift * (s.at - at) + origin;
-          top = Math.min(top, s.above - shift);
-          bottom = Math.max(bottom, s.below - shift);
-        }
-        return { gap: top - bottom, middle: origin + (top + bottom) / 2 };
-      };
-      // Drift can be told once it would show against the corridor's width.
-      const span = at - samples[0].at;
-      const known = samples.length >= MIN_FOR_DRIFT && span >= DRIFT_SPAN_MS
-        && (span >= LONG_SPAN_MS || corridor(0).gap < span * AGE_ERROR);
-      const drift = known ? widest(corridor) : 0;
-      const { gap, middle } = corridor(drift);
-      if (gap >= 0 || samples.length === 1) {
-        this.fit = { at, offset: middle, drift, known };
-        this.gap = Math.max(0, gap);
-        return;
-      }
-      // A contradiction. While drift is not known yet it is the likely cause, and small; later it is a
-      // clock that was set. Either way the older half is what no longer holds.
-      samples.splice(0, samples.length >> 1);
-    }
+  /** Whether an exchange rules out the fit by more than a step. */
+  #contradicts({ t0, t1, t2, t3 }) {
+    if (!this.fit) return false;
+    const at = (t) => this.origin.offset + this.fit.offset + this.fit.drift * (t - this.origin.ours);
+    return at(t0) > t1 - t0 + STEP_US || at(t3) < t2 - t3 - STEP_US;
   }
 }
 
-/** The drift with the widest corridor; its width is concave in the drift. */
-function widest(corridor) {
-  let low = -MAX_DRIFT, high = MAX_DRIFT;
-  for (let i = 0; i < 40; i++) {
-    const a = low + (high - low) * 0.382, b = low + (high - low) * 0.618;
-    if (corridor(a).gap < corridor(b).gap) low = a; else high = b;
+/** Whether these four can be times of one exchange. */
+function isPossible({ t0, t1, t2, t3 }) {
+  const within = [t0, t1, t2, t3].every((t) => Math.abs(t) <= MAX_US); // not so for a NaN
+  return within && t3 >= t0 && t2 >= t1 && t2 - t1 <= t3 - t0;
+}
+
+/** The middle between the line below all upper bounds and the line above all lower bounds. */
+function fitOf(exchanges, origin) {
+  const point = (ours, theirs) => ({ x: ours - origin.ours, y: theirs - ours - origin.offset });
+  const upper = exchanges.map((e) => point(e.t0, e.t1)), lower = exchanges.map((e) => point(e.t3, e.t2));
+  const span = upper[upper.length - 1].x - upper[0].x;
+  const mirrored = lower.map(({ x, y }) => ({ x, y: -y }));
+  const steepest = (supportingSlope(upper) - supportingSlope(mirrored)) / 2;
+  const within = (drift) => {
+    const above = upper.reduce((least, { x, y }) => Math.min(least, y + drift * (0 - x)), Infinity);
+    const below = lower.reduce((most, { x, y }) => Math.max(most, y + drift * (0 - x)), -Infinity);
+    return { middle: (above + below) / 2, halfWidth: (above - below) / 2 };
+  };
+  // Jitter tilts the lines, the more the shorter they are: weigh the slope by what it is worth.
+  const noise = SLOPE_NOISE * Math.max(0, within(steepest).halfWidth) / Math.max(1, span);
+  const drift = Math.min(MAX_DRIFT, Math.max(-MAX_DRIFT, steepest / (1 + (noise / USUAL_DRIFT) ** 2)));
+  const { middle, halfWidth } = within(drift);
+  return { offset: middle, drift, halfWidth, bound: boundOf(upper, lower, middle) };
+}
+
+/** How far `offset` can be off at the origin, whatever the clocks' rates within MAX_DRIFT of one another. */
+function boundOf(upper, lower, offset) {
+  const above = upper.reduce((least, { x, y }) => Math.min(least, y + MAX_DRIFT * Math.abs(x)), Infinity);
+  const below = lower.reduce((most, { x, y }) => Math.max(most, y - MAX_DRIFT * Math.abs(x)), -Infinity);
+  return Math.max(0, above - offset, offset - below);
+}
+
+/** Slope of the highest line below all points, measured at their mean: an edge of the lower convex hull. */
+function supportingSlope(points) {
+  const turn = (a, b, c) => (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+  const hull = [];
+  for (const point of [...points].sort((a, b) => a.x - b.x || a.y - b.y)) {
+    while (hull.length >= 2 && turn(hull[hull.length - 2], hull[hull.length - 1], point) <= 0) hull.pop();
+    hull.push(point);
   }
-  return (low + high) / 2;
+  const mean = points.reduce((sum, { x }) => sum + x, 0) / points.length;
+  const end = hull.findIndex(({ x }, i) => i > 0 && x >= mean && x > hull[i - 1].x);
+  return end < 0 ? 0 : (hull[end].y - hull[end - 1].y) / (hull[end].x - hull[end - 1].x);
+}
+
+/** To the nearest whole number, halves away from 0. */
+function round(x) {
+  return Math.sign(x) * Math.floor(Math.abs(x) + 0.5);
 }
