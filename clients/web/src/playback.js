@@ -1,14 +1,20 @@
 // Which frames to show at a time, and with which weights. Knows ticks and slots, nothing of pixels.
 //
-// Frames of a unit lie on an absolute grid of ticks. A ring holds a few of them; the four around a
-// time are joined by the Lagrange cubic through them, fewer at the edges. Never beyond the last
-// frame: it is held, and counted as starved.
+// Frames of a unit lie on an absolute grid of ticks, and come in any order: those of 15 Hz first, those between them
+// later, or not at all where a client is given fewer. A ring holds a few of them; the four around a time, whatever lies
+// between, are joined by the Lagrange cubic through them, fewer at the edges. Never beyond the last frame: it is held,
+// and counted as starved.
 
-/** At 60 Hz the server is 14 frames ahead, and a curve needs two behind. */
-export const RING_SLOTS = 20;
+import { SLOWEST_INTERVAL } from './frame.js';
 
-/** How far apart frames may lie and still be joined by a curve, in intervals. */
-const MAX_GAP = 3;
+/**
+ * At 60 Hz the server is 14 frames ahead, and a curve needs two behind: at most eight intervals away, where only frames
+ * of 15 Hz come.
+ */
+export const RING_SLOTS = 24;
+
+/** How far apart frames may lie and still be joined by a curve, in ticks: three frames of the lowest rate. */
+const MAX_GAP = 3 * SLOWEST_INTERVAL;
 
 /** What to show: four slots of the ring and their weights (unused ones weigh 0). */
 export class Pick {
@@ -83,25 +89,21 @@ export class Ring {
       pick.points = 1;
       return pick;
     }
-    const reach = MAX_GAP * this.interval;
-    const smooth = ticks[a1] - ticks[b1] <= reach;
+    const smooth = ticks[a1] - ticks[b1] <= MAX_GAP;
     let count = 0;
     const use = (slot) => { pick.slots[count] = slot; nodes[count++] = ticks[slot]; };
-    if (smooth && b2 >= 0 && ticks[b1] - ticks[b2] <= reach) use(b2);
+    if (smooth && b2 >= 0 && ticks[b1] - ticks[b2] <= MAX_GAP) use(b2);
     use(b1);
     use(a1);
-    if (smooth && a2 >= 0 && ticks[a2] - ticks[a1] <= reach) use(a2);
+    if (smooth && a2 >= 0 && ticks[a2] - ticks[a1] <= MAX_GAP) use(a2);
     lagrange(nodes, count, tick, pick.weights);
     pick.points = count;
     return pick;
   }
 
-  /**
-   * @param {number} tick time shown
-   * @returns {number} ticks of frames held ahead of it (negative: behind)
-   */
-  ahead(tick) {
-    return this.newest < 0 ? -Infinity : this.newest - tick;
+  /** Whether a whole frame lies at a time or before it. */
+  reaches(tick) {
+    return this.ticks.some((t, slot) => t >= 0 && t <= tick && this.have[slot] === this.tiles);
   }
 }
 

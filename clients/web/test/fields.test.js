@@ -97,3 +97,44 @@ test('another cascade of the same number is another', () => {
   next.seek(4800, [0, 0]);
   assert.equal(waterHeight(next, 1, 1), 0);
 });
+
+test('a unit comes coarser, and fine again: each is shown from its first frame on', () => {
+  const gpu = idleGpu(), wide = { ...CASCADE, n: 16, levels: 2 };
+  const fields = new Fields(gpu, { cascades: [wide] }, planOf(wide));
+  const send = (level, ticks, count) => {
+    for (const tick of ticks) {
+      for (const group of [0, 1, 2]) {
+        const n = 16 >> level, value = (i) => (group === 0 && Math.floor(i / n / n) === 1 ? count : 0);
+        assert.ok(fields.accept(decodeFrame(makeFrame({ cascade: 0, group, tick, n, level, value }))));
+      }
+    }
+  };
+  const look = (tick) => {
+    fields.seek(tick, [0, 0]);
+    return [Math.round(waterHeight(fields, 1, 1) * 1000), fields.levels()];
+  };
+  send(0, [480, 960, 1440, 1920], 100);
+  send(1, [2400, 2880, 3360, 3840], 50);
+  assert.deepEqual(look(1000), [200, [0]]);
+  assert.equal(fields.ahead(1000), 2840, 'what is to come is held');
+  assert.deepEqual(look(2100), [200, [0]], 'the last fine one stays until then');
+  const before = gpu.disposed.length;
+  assert.deepEqual(look(2410), [100, [1]]);
+  assert.equal(gpu.disposed.length, before + 3);
+  assert.equal(fields.size, 16);
+  send(0, [4320, 4800], 70);
+  assert.deepEqual(look(4330), [140, [0]]);
+  const wrong = (over) => fields.accept(decodeFrame(makeFrame({ cascade: 0, tick: 5280, ...over })));
+  assert.deepEqual([wrong({ level: 1, n: 16 }), wrong({ level: 2, n: 8 }), wrong({ level: 40, n: 8 })], [false, false, false]);
+});
+
+test('what is coarser stays over a further hello, until the fine frames come', () => {
+  const gpu = idleGpu(), wide = { ...CASCADE, n: 16, levels: 2 };
+  const first = new Fields(gpu, { cascades: [wide] }, planOf(wide));
+  for (const tick of [480, 960]) {
+    for (const group of [0, 1, 2]) first.accept(decodeFrame(makeFrame({ cascade: 0, group, tick, n: 8, level: 1, value: () => 0 })));
+  }
+  first.seek(500, [0, 0]);
+  const next = new Fields(gpu, { cascades: [wide] }, planOf(wide), first);
+  assert.deepEqual([next.levels(), next.size, next.seek(600, [0, 0])], [[1], 16, false]);
+});

@@ -101,10 +101,10 @@ test('a long gap is a straight line, not a swing', () => {
 test('dropped: off the grid, duplicates, and older than what its slot holds', () => {
   const n = new Numbers();
   assert.equal(n.ring.place(INTERVAL + 1), -1);
-  assert.ok(n.put(20) >= 0);
-  assert.equal(n.put(20), -1);
-  assert.equal(n.put(20 - RING_SLOTS), -1);
-  assert.ok(n.put(20 + RING_SLOTS) >= 0);
+  assert.ok(n.put(30) >= 0);
+  assert.equal(n.put(30), -1);
+  assert.equal(n.put(30 - RING_SLOTS), -1);
+  assert.ok(n.put(30 + RING_SLOTS) >= 0);
 });
 
 test('a patch in tiles counts once all have come', () => {
@@ -118,9 +118,44 @@ test('a patch in tiles counts once all have come', () => {
   assert.equal(n.ring.newest, 10 * INTERVAL);
 });
 
-test('frames ahead', () => {
-  const n = new Numbers();
-  assert.equal(n.ring.ahead(0), -Infinity);
+test('whether a time is reached', () => {
+  const n = new Numbers(2);
   n.put(10);
-  assert.equal(n.ring.ahead(9 * INTERVAL), INTERVAL);
+  assert.equal(n.ring.reaches(12 * INTERVAL), false, 'half a frame is none');
+  n.put(10);
+  assert.deepEqual([9, 10, 12].map((k) => n.ring.reaches(k * INTERVAL)), [false, true, true]);
+});
+
+/** Arrivals of a stream of 60 Hz: by layer, so far ahead of its tick. */
+const LEADS = [1680, 1200, 1080];
+
+test('frames of layers come out of order and later: whatever is there, four points, never starved', () => {
+  for (const layers of [1, 2, 3]) {
+    const interval = 120, ring = new Ring(interval), values = new Float64Array(RING_SLOTS), pick = new Pick();
+    const layerOf = (t) => (t % 480 === 0 ? 0 : t % 240 === 0 ? 1 : 2);
+    for (let now = 0; now < 20_000; now += 40) {
+      for (const [layer, lead] of LEADS.slice(0, layers).entries()) {
+        const tick = now + lead;
+        if (tick % interval !== 0 || layerOf(tick) !== layer) continue;
+        const slot = ring.place(tick);
+        assert.ok(slot >= 0, `${layers} layers: frame ${tick} dropped at ${now}`);
+        values[slot] = cubic(tick);
+      }
+      if (now < 3000) continue;
+      const { weights, slots, starved, points } = ring.pick(now + 7, pick);
+      const at = weights.reduce((sum, w, i) => sum + w * values[slots[i]], 0);
+      assert.deepEqual([starved, points], [false, 4]);
+      assert.ok(Math.abs(at - cubic(now + 7)) < 1e-6, `${layers} layers at ${now}`);
+    }
+  }
+});
+
+test('fewer frames from now on: a curve goes from the dense ones to the sparse ones', () => {
+  const ring = new Ring(120), values = new Float64Array(RING_SLOTS), pick = new Pick();
+  for (const tick of [4800, 4920, 5040, 5160, 5280, 5760, 6240]) values[ring.place(tick)] = cubic(tick);
+  for (let t = 5040; t < 5760; t += 17) {
+    const { weights, slots, points } = ring.pick(t, pick);
+    if (points === 4) assert.ok(Math.abs(weights.reduce((sum, w, i) => sum + w * values[slots[i]], 0) - cubic(t)) < 1e-6);
+    else assert.equal(t, 5040);
+  }
 });

@@ -26,7 +26,7 @@ precision highp isampler2DArray;
 uniform isampler2DArray uDisplacement, uSlopes, uDerivatives, uFoam;
 uniform ivec4 uSlots[4];   // by group: where the four frames lie
 uniform vec4 uWeights[${CHANNELS}]; // by channel: weight in time, times metres a count
-uniform int uCoarser;      // samples of the target per sample of the frames
+uniform ivec4 uCoarser;    // by group: samples of the target per sample of the frames
 uniform vec2 uSmear;       // a step of foam along the crests, in samples of the target
 layout(location = 0) out vec4 oDisplacement;
 layout(location = 1) out vec4 oGradient;
@@ -38,13 +38,13 @@ vec4 counts(isampler2DArray frames, ivec4 layer, ivec2 p) {
               texelFetch(frames, ivec3(p, layer.z), 0).r, texelFetch(frames, ivec3(p, layer.w), 0).r);
 }
 
-float field(isampler2DArray frames, ivec4 slots, int channels, int channel, vec4 weights, ivec2 p) {
+float field(isampler2DArray frames, ivec4 slots, int coarser, int channels, int channel, vec4 weights, ivec2 p) {
   ivec4 layer = slots * channels + channel;
   ivec2 n = textureSize(frames, 0).xy;
-  p = (p + n * uCoarser) % (n * uCoarser);
-  if (uCoarser == 1) return dot(weights, counts(frames, layer, p));
-  ivec2 a = p / uCoarser, b = (a + 1) % n;
-  vec2 f = vec2(p - a * uCoarser) / float(uCoarser);
+  p = (p + n * coarser) % (n * coarser);
+  if (coarser == 1) return dot(weights, counts(frames, layer, p));
+  ivec2 a = p / coarser, b = (a + 1) % n;
+  vec2 f = vec2(p - a * coarser) / float(coarser);
   vec4 c = mix(mix(counts(frames, layer, a), counts(frames, layer, ivec2(b.x, a.y)), f.x),
                mix(counts(frames, layer, ivec2(a.x, b.y)), counts(frames, layer, b), f.x), f.y);
   return dot(weights, c);
@@ -55,20 +55,21 @@ float foam(ivec2 p) {
   float sum = 0.0;
   for (int i = -3; i <= 3; i++) {
     float share = 0.25 * (1.0 - abs(float(i)) / 4.0);
-    sum += share * clamp(field(uFoam, uSlots[3], 1, 0, uWeights[8], p + ivec2(round(float(i) * uSmear))), 0.0, 1.0);
+    sum += share * clamp(field(uFoam, uSlots[3], uCoarser.w, 1, 0, uWeights[8], p + ivec2(round(float(i) * uSmear))), 0.0, 1.0);
   }
   return sum;
 }
 
 void main() {
   ivec2 p = ivec2(gl_FragCoord.xy);
-  vec2 slope = vec2(field(uSlopes, uSlots[1], 2, 0, uWeights[3], p), field(uSlopes, uSlots[1], 2, 1, uWeights[4], p));
-  oDisplacement = vec4(field(uDisplacement, uSlots[0], 3, 0, uWeights[0], p),
-                       field(uDisplacement, uSlots[0], 3, 1, uWeights[1], p),
-                       field(uDisplacement, uSlots[0], 3, 2, uWeights[2], p), 0.0);
-  oGradient = vec4(slope, field(uDerivatives, uSlots[2], 3, 0, uWeights[5], p),
-                          field(uDerivatives, uSlots[2], 3, 1, uWeights[6], p));
-  oShear = vec4(field(uDerivatives, uSlots[2], 3, 2, uWeights[7], p));
+  vec2 slope = vec2(field(uSlopes, uSlots[1], uCoarser.y, 2, 0, uWeights[3], p),
+                    field(uSlopes, uSlots[1], uCoarser.y, 2, 1, uWeights[4], p));
+  oDisplacement = vec4(field(uDisplacement, uSlots[0], uCoarser.x, 3, 0, uWeights[0], p),
+                       field(uDisplacement, uSlots[0], uCoarser.x, 3, 1, uWeights[1], p),
+                       field(uDisplacement, uSlots[0], uCoarser.x, 3, 2, uWeights[2], p), 0.0);
+  oGradient = vec4(slope, field(uDerivatives, uSlots[2], uCoarser.z, 3, 0, uWeights[5], p),
+                          field(uDerivatives, uSlots[2], uCoarser.z, 3, 1, uWeights[6], p));
+  oShear = vec4(field(uDerivatives, uSlots[2], uCoarser.z, 3, 2, uWeights[7], p));
   oMoment = vec4(slope * slope, slope.x * slope.y, foam(p));
 }`;
 
@@ -90,18 +91,22 @@ export class Fields {
     this.count = this.cascades.length;
     /** units by layer, then group; null where none is subscribed */
     this.units = this.cascades.map(() => DRAWN.map(() => null));
+    /** the same at another level, of which frames come that are not shown yet */
+    this.coming = this.cascades.map(() => DRAWN.map(() => null));
+    /** finest level that comes, where a unit is subscribed */
+    this.finestLevel = this.cascades.map(() => DRAWN.map(() => 0));
+    this.size = 8;
     this.layers = new Map(this.cascades.map((c, layer) => [c.index, layer]));
     for (const u of plan.units) {
       const group = DRAWN.indexOf(u.group), layer = this.layers.get(u.cascade);
       if (layer === undefined || group < 0) continue;
       const cascade = this.cascades[layer], size = cascade.n >> u.level;
       const interval = TICKS_PER_SECOND / (u.rate_hz ?? plan.rateHz);
-      const unit = before?.take(cascade, group, size, interval)
-        ?? new Unit(gl, GROUP_CHANNELS[group], size, interval);
-      unit.level = u.level;
-      this.units[layer][group] = unit;
+      this.size = Math.max(this.size, size);
+      this.finestLevel[layer][group] = u.level;
+      this.units[layer][group] = before?.take(cascade, group, u.level, interval)
+        ?? new Unit(gl, GROUP_CHANNELS[group], size, interval, u.level);
     }
-    this.size = Math.max(8, ...this.all().map((u) => u.size));
     this.tick = -1;
     /** every cascade has displacement, slopes and derivatives; once so, one that is added begins as nothing */
     this.complete = before?.complete ?? false;
@@ -128,7 +133,8 @@ export class Fields {
     this.pass = makeProgram(gl, 'resolve', COVER_VERTEX, RESOLVE);
     this.slots = new Int32Array(16);
     this.weights = new Float32Array(4 * CHANNELS);
-    this.empty = new Unit(gl, 1, 8, this.interval); // stands in where nothing is subscribed
+    this.coarser = new Int32Array(4);
+    this.empty = new Unit(gl, 1, 8, this.interval, 0); // stands in where nothing is subscribed
   }
 
   /**
@@ -136,21 +142,39 @@ export class Fields {
    * @returns {boolean} whether it was of use
    */
   accept(frame) {
-    const unit = this.units[this.layers.get(frame.cascade)]?.[frame.group];
-    return Boolean(unit) && unit.level === frame.level && unit.accept(frame);
+    const layer = this.layers.get(frame.cascade), { group, level, levelN } = frame;
+    const unit = this.units[layer]?.[group];
+    if (!unit) return false;
+    if (unit.level === level) return unit.accept(frame);
+    // The server sends it coarser than it was granted, or fine again.
+    const { n } = this.cascades[layer], coming = this.coming[layer];
+    if (coming[group]?.level !== level) {
+      if (level < this.finestLevel[layer][group] || level >= 32 || n >>> level !== levelN) return false;
+      coming[group]?.dispose();
+      coming[group] = new Unit(this.gpu.gl, unit.channels, levelN, unit.ring.interval, level);
+    }
+    return coming[group].accept(frame);
   }
 
   /** Every unit that is held. */
   all() {
-    return this.units.flat().filter(Boolean);
+    return [...this.units.flat(), ...this.coming.flat()].filter(Boolean);
   }
 
-  /** Gives away a unit of a cascade that goes on, with its frames; undefined when there is none that fits. */
-  take(cascade, group, size, interval) {
+  /** The levels that are shown, the finest first. */
+  levels() {
+    return [...new Set(this.units.flat().filter(Boolean).map((unit) => unit.level))].sort((a, b) => a - b);
+  }
+
+  /**
+   * Gives away a unit of a cascade that goes on, with its frames; undefined when there is none that fits. It may be
+   * coarser than what will come.
+   */
+  take(cascade, group, level, interval) {
     const layer = this.layers.get(cascade.index);
     const unit = this.units[layer]?.[group];
     if (!unit || this.cascades[layer].from_tick !== cascade.from_tick) return undefined;
-    if (unit.size !== size || unit.ring.interval !== interval) return undefined;
+    if (this.finestLevel[layer][group] !== level || unit.ring.interval !== interval) return undefined;
     this.units[layer][group] = null;
     return unit;
   }
@@ -170,8 +194,10 @@ export class Fields {
         if (!unit) return;
         unit.pick.points = 0;
         if (!over) return;
-        unit.dispose();
-        this.units[layer][group] = null;
+        for (const held of [this.units, this.coming]) {
+          held[layer][group]?.dispose();
+          held[layer][group] = null;
+        }
       });
     });
     this.finest = lasting < 0 ? ending : lasting;
@@ -202,14 +228,14 @@ export class Fields {
       const rests = until !== null && tick >= until - REST_TICKS; // its last frames are nothing
       this.slots.fill(0);
       this.weights.fill(0);
-      let size = this.size;
+      this.coarser.fill(1);
       for (let group = 0; group < DRAWN.length; group++) {
-        const unit = this.units[cascade][group];
+        const unit = this.#unit(cascade, group, tick);
         if (!unit) {
           if (group !== 3) complete = false;
           continue;
         }
-        size = unit.size;
+        this.coarser[group] = this.size / unit.size;
         const pick = unit.seek(tick);
         if (pick.points === 0) {
           if (group === 3) foamy = false; else complete = false;
@@ -225,7 +251,7 @@ export class Fields {
       }
       gl.uniform4iv(at.uSlots, this.slots);
       gl.uniform4fv(at.uWeights, this.weights);
-      gl.uniform1i(at.uCoarser, this.size / size);
+      gl.uniform4iv(at.uCoarser, this.coarser);
       const step = SMEAR_WAVES * this.longest[cascade] / this.patches[cascade] * this.size;
       gl.uniform2f(at.uSmear, crestwise[0] * step, crestwise[1] * step);
       [at.uDisplacement, at.uSlopes, at.uDerivatives, at.uFoam].forEach((location, group) => {
@@ -245,6 +271,16 @@ export class Fields {
     return starved;
   }
 
+  /** The unit to show; one of another level takes over once its frames reach back to the moment. */
+  #unit(layer, group, tick) {
+    const unit = this.units[layer][group], next = this.coming[layer][group];
+    if (!next || !(next.ring.reaches(tick) || unit.ring.newest < 0)) return unit;
+    unit.dispose();
+    this.coming[layer][group] = null;
+    this.units[layer][group] = next;
+    return next;
+  }
+
   /** Uploads a few frames before they are needed, so that no single drawing pays for all. */
   uploadAhead(tick, most) {
     this.gpu.gl.activeTexture(this.gpu.gl.TEXTURE0);
@@ -260,7 +296,10 @@ export class Fields {
     let least = Infinity;
     for (const layer of this.active) {
       if (this.cascades[layer].until_tick !== null) continue;
-      for (const unit of this.units[layer]) if (unit?.ring.newest >= 0) least = Math.min(least, unit.ring.ahead(tick));
+      this.units[layer].forEach((unit, group) => {
+        const newest = Math.max(unit?.ring.newest ?? -1, this.coming[layer][group]?.ring.newest ?? -1);
+        if (newest >= 0) least = Math.min(least, newest - tick);
+      });
     }
     return Number.isFinite(least) ? least : 0;
   }

@@ -9,11 +9,13 @@ export class Unit {
    * @param {number} channels
    * @param {number} size samples a side of the whole patch at this level
    * @param {number} interval ticks between frames
+   * @param {number} level
    */
-  constructor(gl, channels, size, interval) {
+  constructor(gl, channels, size, interval, level) {
     this.gl = gl;
     this.channels = channels;
     this.size = size;
+    this.level = level;
     const tilesAcross = Math.max(1, size / 256);
     this.ring = new Ring(interval, tilesAcross * tilesAcross);
     this.pick = new Pick();
