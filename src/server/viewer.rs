@@ -21,6 +21,7 @@ const FILES: &[(&str, &[u8])] = files![
     "src/crc32.js",
     "src/decode.js",
     "src/deflate.js",
+    "src/fares.js",
     "src/frame.js",
     "src/history.js",
     "src/lanes.js",

@@ -55,6 +55,7 @@ export class Decoder {
     else if (codec === F16) frame.floats = Float32Array.from(new Uint16Array(buffer, HEADER_BYTES, samples), fromHalf);
     else if (codec === F32) frame.floats = new Float32Array(buffer, HEADER_BYTES, samples);
     else this.#predicted(frame, buffer);
+    if (frame.floats?.some((value) => !Number.isFinite(value))) throw new PayloadError('payload: a value that is not finite');
     return frame;
   }
 

@@ -2,6 +2,7 @@
 
 import { Camera } from './camera.js';
 import { Clock } from './clock.js';
+import { TICKS_PER_SECOND } from './messages.js';
 import { readOptions } from './options.js';
 import { Panel } from './panel.js';
 import { waterHeight } from './sea/probe.js';
@@ -13,7 +14,7 @@ const PANEL_MS = 250;
 const options = readOptions(location.search);
 const canvas = document.getElementById('sea');
 const camera = new Camera(options.eye, options.look);
-const clock = new Clock();
+const clock = new Clock(); // microseconds since this page began
 const panel = new Panel(document);
 const weather = { windMps: null, windFromDeg: 0, hsM: 2 };
 
@@ -25,6 +26,8 @@ const swellcast = {
   decodeErrors: 0,
   lastError: '',
   bytes: 0,
+  decodeMs: NaN,
+  quality: null, // `subscribed`, or the `quality` that what comes differs from it by
   tick: NaN,
   clockBoundMs: Infinity,
   starved: 0,
@@ -65,19 +68,20 @@ const worker = new Worker(new URL('worker.js', import.meta.url), { type: 'module
 const stream = new URL('v1/stream', location.href);
 stream.protocol = stream.protocol === 'https:' ? 'wss:' : 'ws:';
 stream.search = '';
-worker.postMessage({ kind: 'open', url: stream.href, wish: { rate: options.rate, level: options.level, class: options.class } });
+worker.postMessage({ kind: 'open', url: stream.href, wish: { rate: options.rate, level: options.level, class: options.class, codec: options.codec } });
 document.addEventListener('visibilitychange', () => worker.postMessage({ kind: 'pause', paused: document.hidden }));
 
 let sea = ''; // epoch, layout and plan of what is held
 worker.onmessage = ({ data }) => {
-  const own = (t) => t - performance.timeOrigin;
+  const own = (us) => us - performance.timeOrigin * 1000;
   switch (data.kind) {
     case 'frame':
       swellcast.framesDecoded++;
-      swellcast.bytes += data.frame.counts.buffer.byteLength;
+      swellcast.bytes += data.frame.bytes;
       if (renderer.fields?.accept(data.frame)) swellcast.framesUsed++;
       break;
-    case 'exchange': clock.exchange(own(data.t0), data.t1, data.t2, own(data.t3)); break;
+    case 'exchange': clock.observe({ ...data.exchange, t0: own(data.exchange.t0), t3: own(data.exchange.t3) }); break;
+    case 'report': swellcast.decodeMs = data.report.decode_ms; break;
     case 'refused':
       swellcast.decodeErrors++;
       swellcast.lastError = data.why;
@@ -110,6 +114,8 @@ function hear(message) {
     weather.windFromDeg = message.wind?.direction_from_deg ?? 0;
     weather.hsM = message.hs_m;
     panel.setStatus(message);
+  } else if (message.type === 'subscribed' || message.type === 'quality') {
+    swellcast.quality = message; // a subscription is granted in full at first
   } else if (message.type === 'change') {
     panel.setChange(message);
   } else if (message.type === 'error') {
@@ -133,7 +139,7 @@ function picture(now) {
 }
 
 function paint(now) {
-  const tick = clock.synced ? clock.serverTick(now) : NaN;
+  const tick = clock.serverUs(now * 1000) * (TICKS_PER_SECOND / 1e6);
   const { fields } = renderer;
   camera.move((now - last) / 1000, fields?.complete ? waterHeight(fields, camera.eye[0], camera.eye[2]) : -Infinity);
   last = now;
@@ -152,12 +158,15 @@ function paint(now) {
 
 function report(now) {
   const seconds = (now - seen.at) / 1000;
-  swellcast.clockBoundMs = clock.quality(now).boundMs;
+  swellcast.clockBoundMs = clock.errorBoundUs(now * 1000) / 1000;
   panel.setNumbers({
     tick: swellcast.tick,
     boundMs: swellcast.clockBoundMs,
     aheadTicks: renderer.fields?.ahead(swellcast.tick) ?? 0,
     bytesPerSecond: (swellcast.bytes - seen.bytes) / seconds,
+    decodeMs: swellcast.decodeMs,
+    rateHz: swellcast.quality?.rate_hz ?? 0,
+    levels: renderer.fields?.levels() ?? [],
     fps: (swellcast.pictures - seen.pictures) / seconds,
     starved: swellcast.starved,
     refused: swellcast.decodeErrors,

@@ -14,8 +14,10 @@ const text = (v) => typeof v === 'string';
 const list = Array.isArray;
 const object = (v) => v !== null && typeof v === 'object' && !list(v);
 const orNull = (check) => (v) => v === null || check(v);
+const orAbsent = (check) => (v) => v === undefined || check(v);
 const isWind = (v) => object(v) && finite(v.speed_mps) && finite(v.direction_from_deg);
-const isUnit = (v) => object(v) && index(v.cascade) && index(v.level) && text(v.class) && text(v.group);
+const isUnit = (v) => object(v) && index(v.cascade) && index(v.level) && text(v.class) && text(v.group)
+  && orAbsent(text)(v.codec) && orAbsent(index)(v.rate_hz);
 const isCascade = (v) => object(v) && index(v.index) && index(v.from_tick) && orNull(index)(v.until_tick) && v.patch_m > 0 && v.patch_m < Infinity && index(v.n) && v.n > 0
   && index(v.levels) && v.wavelength_min_m > 0 && v.wavelength_max_m > 0;
 
@@ -38,6 +40,7 @@ const FORMS = {
   points_subscribed: { id: index, rate_hz: index, from_tick: index, count: index },
   subscribed: { id: index, rate_hz: index, units: (v) => list(v) && v.every(isUnit), from_tick: index },
   time: { t0: finite, t1_us: finite, t2_us: finite },
+  quality: { rate_hz: (v) => index(v) && v > 0, coarser: index },
   status: { tick: index, sequence: index, hs_m: finite, wind: orNull(isWind) },
   change: { sequence: index, effective_tick: index, transition_ticks: index, change: object },
   error: { code: text, detail: text },
@@ -77,7 +80,7 @@ export function parseServerMessage(json) {
 /**
  * @param {number} id
  * @param {number} rateHz
- * @param {{cascade: number, level: number, class: string, group: string}[]} units
+ * @param {{cascade: number, level: number, class: string, group: string, codec?: string, rate_hz?: number}[]} units
  * @returns {string}
  */
 export function subscribeMessage(id, rateHz, units) {
@@ -90,4 +93,13 @@ export function subscribeMessage(id, rateHz, units) {
  */
 export function timeMessage(t0) {
   return JSON.stringify({ type: 'time', t0 });
+}
+
+/**
+ * @param {{tick: number, decode_ms: number, buffer_ms: number}} report
+ * @param {boolean} lost a frame could not be read: all units begin again
+ * @returns {string}
+ */
+export function reportMessage(report, lost) {
+  return JSON.stringify({ type: 'report', ...report, ...(lost ? { lost } : {}) });
 }

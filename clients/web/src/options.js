@@ -4,6 +4,7 @@ const DEFAULTS = {
   rate: 15, // frames a second
   level: 0,
   class: '1mm',
+  codec: 'rans', // or 'i16': counts as they are, ten times the bytes
   eye: [0, 6, 0], // metres; y above the rest surface
   look: [262, -5], // yaw clockwise from north, pitch up, degrees
   sun: [238, 13], // azimuth clockwise from north, elevation, degrees

@@ -120,8 +120,8 @@ export class Panel {
 
   /**
    * A few times a second.
-   * @param {{tick: number, boundMs: number, aheadTicks: number, bytesPerSecond: number, fps: number,
-   *   starved: number, refused: number}} n
+   * @param {{tick: number, boundMs: number, aheadTicks: number, bytesPerSecond: number, decodeMs: number,
+   *   rateHz: number, levels: number[], fps: number, starved: number, refused: number}} n
    */
   setNumbers(n) {
     const known = Number.isFinite(n.tick);
@@ -130,6 +130,8 @@ export class Panel {
     this.at('clock').textContent = Number.isFinite(n.boundMs) ? `${n.boundMs.toFixed(2)} ms` : '-';
     this.at('ahead').textContent = `${(n.aheadTicks * 1000 / TICKS_PER_SECOND).toFixed(0)} ms`;
     this.at('bytes').textContent = `${(n.bytesPerSecond / 1e6).toFixed(2)} MB/s`;
+    this.at('quality').textContent = n.rateHz ? `${n.rateHz} Hz, level ${n.levels.join(' and ')}` : '-';
+    this.at('decode').textContent = Number.isFinite(n.decodeMs) ? `${n.decodeMs.toFixed(1)} ms a tick` : '-';
     this.at('fps').textContent = `${n.fps.toFixed(0)} /s`;
     this.at('starved').textContent = n.refused ? `${n.starved}, ${n.refused} refused` : String(n.starved);
   }

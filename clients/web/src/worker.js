@@ -12,7 +12,8 @@ const on = {
   message: (message) => postMessage({ kind: 'message', message }),
   frame: (frame) => postMessage({ kind: 'frame', frame }, [frame.counts.buffer]),
   refused: (why) => postMessage({ kind: 'refused', why }),
-  exchange: (t0, t1, t2, t3) => postMessage({ kind: 'exchange', t0, t1, t2, t3 }),
+  exchange: (exchange) => postMessage({ kind: 'exchange', exchange }),
+  report: (report) => postMessage({ kind: 'report', report }),
 };
 
 onmessage = ({ data }) => {

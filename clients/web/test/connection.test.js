@@ -3,6 +3,7 @@
 import assert from 'node:assert/strict';
 import test, { mock } from 'node:test';
 import { Connection } from '../src/connection.js';
+import { ransPlane } from './codec.js';
 import { makeFrame } from './frames.js';
 
 class FakeSocket {
@@ -39,8 +40,8 @@ function start(t) {
   const heard = [];
   const note = (name) => (...args) => heard.push([name, ...args]);
   let now = 0;
-  const on = Object.fromEntries(['state', 'hello', 'message', 'frame', 'refused', 'exchange'].map((n) => [n, note(n)]));
-  const connection = new Connection('ws://h/v1/stream', { rate: 15, level: 0, class: '1mm' }, on, () => now);
+  const on = Object.fromEntries(['state', 'hello', 'message', 'frame', 'refused', 'exchange', 'report'].map((n) => [n, note(n)]));
+  const connection = new Connection('ws://h/v1/stream', { rate: 15, level: 0, class: '1mm', codec: 'rans' }, on, () => now);
   connection.open();
   return { connection, heard, pass: (ms) => { now += ms; mock.timers.tick(ms); }, names: () => heard.map((h) => h[0]) };
 }
@@ -54,10 +55,14 @@ test('after hello it subscribes and exchanges time', (t) => {
   assert.deepEqual(socket.sent.map((m) => m.type), ['subscribe', 'time']);
   assert.equal(socket.sent[0].units.length, 4);
   assert.deepEqual(Object.keys(socket.sent[0]).sort(), ['id', 'rate_hz', 'type', 'units']);
+  assert.ok(socket.sent[0].units.every((u) => u.codec === 'rans'));
   pass(100);
   assert.equal(socket.sent.length, 3);
   socket.say({ type: 'time', t0: 0, t1_us: 5000, t2_us: 5100 });
-  assert.deepEqual(heard.at(-1), ['exchange', 0, 5, 5.1, 100]);
+  assert.deepEqual(heard.at(-1), ['exchange', { t0: 0, t1: 5000, t2: 5100, t3: 100_000 }]);
+  socket.say({ type: 'time', t0: 0, t1_us: 5000, t2_us: 5100 });
+  socket.say({ type: 'time', t0: 3, t1_us: 5000, t2_us: 5100 });
+  assert.equal(heard.filter((h) => h[0] === 'exchange').length, 1, 'an answer that was not asked for');
 });
 
 test('frames pass, broken ones are refused and the connection goes on', (t) => {
@@ -133,4 +138,71 @@ test('a hidden page takes no frames', (t) => {
   connection.pause(false);
   assert.equal(socket.sent.at(-1).units.length, 4);
   assert.ok(socket.sent.at(-1).id > socket.sent[0].id);
+});
+
+/** A predicted frame of foam: still water. */
+function still(tick, depth) {
+  const zero = new Int16Array(64), planes = Array.from({ length: 3 }, (_, i) => (i < depth ? zero : null));
+  const payload = ransPlane(zero, { depth, planes }, [4096, 0, 0, 0, 0, 0, 0, 0], 8, { contexts: 1 });
+  return makeFrame({ group: 3, codec: 1, tick, depth, payload });
+}
+
+const UNIT = { cascade: 1, level: 0, class: '1mm', group: 'foam', codec: 'rans' };
+const subscribed = (...units) => ({ type: 'subscribed', id: 1, rate_hz: 15, units, from_tick: 0 });
+
+test('once a second it reports how it fares', (t) => {
+  const { heard, pass } = start(t);
+  const [socket] = FakeSocket.all;
+  socket.say(hello());
+  socket.say({ type: 'time', t0: 0, t1_us: 1e6, t2_us: 1e6 });
+  const reports = () => socket.sent.filter((m) => m.type === 'report');
+  pass(1000);
+  assert.deepEqual(reports(), [], 'nothing to tell');
+  socket.say(subscribed(UNIT));
+  socket.say(still(14_400, 0));
+  socket.say(still(14_880, 1));
+  pass(1000);
+  const [{ buffer_ms: buffer, ...report }, ...more] = reports();
+  assert.deepEqual([report, more], [{ type: 'report', tick: 14_880, decode_ms: 0 }, []]);
+  assert.ok(Math.abs(buffer - (14_880 / 7.2 - 3000)) < 1e-6);
+  assert.deepEqual(heard.at(-1)[0], 'report');
+  socket.say(subscribed());
+  pass(1000);
+  assert.equal(reports().length, 1, 'another subscription: nothing to tell yet');
+});
+
+test('what can not be read is said, once a second at most', (t) => {
+  const { heard, names, pass } = start(t);
+  const [socket] = FakeSocket.all;
+  socket.say(hello());
+  socket.say(subscribed(UNIT));
+  const lost = () => socket.sent.filter((m) => m.lost);
+  socket.say(still(960, 2));
+  assert.deepEqual(lost(), [{ type: 'report', tick: 0, decode_ms: 0, buffer_ms: 0, lost: true }]);
+  socket.say(still(1440, 3));
+  socket.say(still(1920, 0));
+  socket.say(still(2400, 1));
+  assert.equal(lost().length, 1);
+  assert.deepEqual(names(), ['hello', 'state', 'message', 'report', 'refused', 'frame', 'frame']);
+  assert.match(heard.find((h) => h[0] === 'refused')[1], /not held/);
+  pass(1000);
+  socket.say(still(4800, 2));
+  assert.equal(lost().length, 2);
+  socket.say(makeFrame({}, (v) => v.setUint8(10, 9)));
+  pass(1000);
+  socket.say(makeFrame({}, (v) => v.setUint8(10, 9)));
+  assert.equal(lost().length, 2, 'a frame of another protocol: a new beginning would change nothing');
+});
+
+test('units that were not granted again are forgotten', (t) => {
+  const { names } = start(t);
+  const [socket] = FakeSocket.all;
+  socket.say(hello());
+  socket.say(subscribed(UNIT));
+  socket.say(still(480, 0));
+  socket.say(subscribed({ ...UNIT, group: 'slopes' }, UNIT));
+  socket.say(still(960, 1));
+  socket.say(subscribed({ ...UNIT, class: '5mm' }));
+  socket.say(still(1440, 2));
+  assert.deepEqual(names().filter((name) => name === 'frame' || name === 'refused'), ['frame', 'frame', 'refused']);
 });
