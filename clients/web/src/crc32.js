@@ -24,17 +24,22 @@ function makeTables() {
  * @returns {number} an unsigned 32-bit number
  */
 export function crc32(crc, buffer, offset, length) {
-  const t = TABLES;
   const pairs = length >>> 3;
-  const words = new Int32Array(buffer, offset, pairs * 2);
-  let c = ~crc;
+  let c = ofPairs(~crc, new Int32Array(buffer, offset, pairs * 2));
+  const rest = new Uint8Array(buffer, offset + pairs * 8, length & 7);
+  for (let i = 0; i < rest.length; i++) c = (c >>> 8) ^ TABLES[(c ^ rest[i]) & 255];
+  return ~c >>> 0;
+}
+
+/** The loop by itself: an engine that compiles it while it runs has nothing behind it to guess. */
+function ofPairs(crc, words) {
+  const t = TABLES;
+  let c = crc;
   for (let i = 0; i < words.length; i += 2) {
     const a = words[i] ^ c;
     const b = words[i + 1];
     c = t[1792 + (a & 255)] ^ t[1536 + ((a >>> 8) & 255)] ^ t[1280 + ((a >>> 16) & 255)] ^ t[1024 + (a >>> 24)]
       ^ t[768 + (b & 255)] ^ t[512 + ((b >>> 8) & 255)] ^ t[256 + ((b >>> 16) & 255)] ^ t[b >>> 24];
   }
-  const rest = new Uint8Array(buffer, offset + pairs * 8, length & 7);
-  for (let i = 0; i < rest.length; i++) c = (c >>> 8) ^ t[(c ^ rest[i]) & 255];
-  return ~c >>> 0;
+  return c;
 }

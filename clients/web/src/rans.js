@@ -41,10 +41,12 @@ export function readPlane(view, words, at, depth, planes, taps, n, counts) {
   const firstWord = tablesEnd / 2, firstEscape = firstWord + wordCount;
   cursor[4] = firstWord;
   cursor[5] = firstEscape;
-  if (shift > 0) readShifted(words, shift, depth, planes, taps, n, counts);
-  else if (depth === 0) readSpace(words, taps, n, counts);
-  else if (depth === BETWEEN) readBetween(words, taps, planes[0], planes[1], n, counts);
-  else readPast(words, taps, planes[0], planes[1], planes[2], n, counts);
+  for (let z = 0; z < n; z++) {
+    if (shift > 0) readShifted(words, shift, depth, planes, taps, n, z, counts);
+    else if (depth === 0) readSpace(words, taps, n, z, counts);
+    else if (depth === BETWEEN) readBetween(words, taps, planes[0], planes[1], n, z, counts);
+    else readPast(words, taps, planes[0], planes[1], planes[2], n, z, counts);
+  }
   // An encoder begins with the least state, so that is where a whole plane ends. Who read too much is further on.
   const whole = cursor[4] === firstEscape && cursor[5] === used / 2;
   if (!whole || cursor.subarray(0, 4).some((state) => state !== LEAST)) damaged('a plane does not end where it should');

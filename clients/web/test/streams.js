@@ -1,18 +1,8 @@
 // Files of frames: each after its length, a u32.
 
-import { readFileSync } from 'node:fs';
-
-/**
- * @param {string | URL} file
- * @returns {ArrayBuffer[]} each as a WebSocket would give it
- */
-export function framesOf(file) {
-  return split(readFileSync(file));
-}
-
 /**
  * @param {Uint8Array} bytes
- * @returns {ArrayBuffer[]}
+ * @returns {ArrayBuffer[]} each as a WebSocket would give it
  */
 export function split(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);

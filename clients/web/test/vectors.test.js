@@ -7,7 +7,7 @@ import { inflateRawSync } from 'node:zlib';
 import { crc32 } from '../src/crc32.js';
 import { decodeFrame, Decoder } from '../src/decode.js';
 import { CLASSES, CODECS, FrameError, GROUPS } from '../src/frame.js';
-import { framesOf } from './streams.js';
+import { split } from './streams.js';
 
 const VECTORS = new URL('../../../proto/vectors/', import.meta.url);
 
@@ -40,7 +40,7 @@ test('streams of the repository, in the order in which they are sent', (t) => {
   for (const name of names) {
     const decoder = new Decoder(1 << 20, inflate);
     const said = read(`streams/${name.replace('.frames', '.json')}`).frames;
-    const frames = framesOf(new URL(`streams/${name}`, VECTORS));
+    const frames = split(readFileSync(new URL(`streams/${name}`, VECTORS)));
     assert.equal(frames.length, said.length, name);
     frames.forEach((bytes, i) => {
       const frame = decoder.decode(bytes);

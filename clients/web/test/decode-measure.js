@@ -1,0 +1,42 @@
+// Times the decoder, in whichever engine runs this: for Node and for a page.
+
+import { Decoder } from '../src/decode.js';
+
+/**
+ * @param {ArrayBuffer[]} frames in sending order
+ * @param {number} rounds how often all of them are decoded
+ * @returns {{kind: string, ticks: number, samples: number, bytes: number, p50: number, p95: number}[]}
+ */
+export function measure(frames, rounds) {
+  const kinds = new Map();
+  for (let round = -1; round < rounds; round++) {
+    const decoder = new Decoder(2 ** 25);
+    for (let i = 0; i < frames.length;) {
+      const began = performance.now();
+      const first = decoder.decode(frames[i++]);
+      let samples = first.channels * first.n * first.n, { bytes } = first;
+      while (i < frames.length && tickOf(frames[i]) === first.tick) {
+        const frame = decoder.decode(frames[i++]);
+        samples += frame.channels * frame.n * frame.n;
+        bytes += frame.bytes;
+      }
+      const ms = performance.now() - began;
+      if (round < 0) continue; // until the engine has compiled it
+      const kind = first.depth === 0 ? 'depth 0' : first.depth < 3 ? `depth ${first.depth}` : first.depth === 3 ? 'layer 0' : 'layers 1 and 2';
+      if (!kinds.has(kind)) kinds.set(kind, { kind, ms: [], samples: 0, bytes: 0 });
+      const of = kinds.get(kind);
+      of.ms.push(ms);
+      of.samples += samples;
+      of.bytes += bytes;
+    }
+  }
+  return [...kinds.values()].map(({ kind, ms, samples, bytes }) => {
+    ms.sort((a, b) => a - b);
+    const at = (share) => ms[Math.min(ms.length - 1, Math.floor(ms.length * share))];
+    return { kind, ticks: ms.length, samples: samples / ms.length, bytes: bytes / ms.length, p50: at(0.5), p95: at(0.95) };
+  });
+}
+
+function tickOf(buffer) {
+  return Number(new DataView(buffer).getBigUint64(24, true));
+}
