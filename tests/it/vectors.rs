@@ -4,6 +4,7 @@
 
 mod bad_frames;
 mod bad_messages;
+mod clock;
 mod frames;
 mod messages;
 mod points;
@@ -43,6 +44,7 @@ fn all() -> Vec<(String, Vec<u8>)> {
         files.push((format!("invalid/payloads/{name}.bin"), bytes));
     }
     files.push(("invalid/payloads/index.json".to_owned(), streams::index().into_bytes()));
+    files.push(("clock.json".to_owned(), clock::text().into_bytes()));
     files.push(("messages.json".to_owned(), messages::valid().into_bytes()));
     let bad = bad_frames::all();
     for (name, _, _, bytes) in &bad {
