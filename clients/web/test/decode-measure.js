@@ -23,11 +23,13 @@ export function measure(frames, rounds) {
       const ms = performance.now() - began;
       if (round < 0) continue; // until the engine has compiled it
       const kind = first.depth === 0 ? 'depth 0' : first.depth < 3 ? `depth ${first.depth}` : first.depth === 3 ? 'layer 0' : 'layers 1 and 2';
-      if (!kinds.has(kind)) kinds.set(kind, { kind, ms: [], samples: 0, bytes: 0 });
-      const of = kinds.get(kind);
-      of.ms.push(ms);
-      of.samples += samples;
-      of.bytes += bytes;
+      for (const name of [kind, 'all']) {
+        if (!kinds.has(name)) kinds.set(name, { kind: name, ms: [], samples: 0, bytes: 0 });
+        const of = kinds.get(name);
+        of.ms.push(ms);
+        of.samples += samples;
+        of.bytes += bytes;
+      }
     }
   }
   return [...kinds.values()].map(({ kind, ms, samples, bytes }) => {
