@@ -13,6 +13,8 @@ pub(super) struct Fares {
     us: i64,
     last: u64,
     lost: bool,
+    /// A new beginning was asked for with the last report: frames that were under way then are no loss.
+    asked: bool,
 }
 
 impl Fares {
@@ -26,6 +28,7 @@ impl Fares {
                 // Frames of one tick stand together.
                 self.ticks += u64::from(std::mem::replace(&mut self.last, h.tick) != h.tick);
             }
+            Err(DecodeError::Missing) if self.asked => {}
             Err(DecodeError::Missing | DecodeError::Payload(_)) => self.lost = true,
             // Not of this protocol: a new beginning would change nothing.
             Err(DecodeError::Frame(_)) => {}
@@ -42,7 +45,7 @@ impl Fares {
             buffer_ms: (us_of(tick) - server_us as f64) / 1e3,
             lost: self.lost,
         };
-        (self.ticks, self.us, self.lost) = (0, 0, false);
+        (self.ticks, self.us, self.asked, self.lost) = (0, 0, self.lost, false);
         Some(report)
     }
 }

@@ -129,7 +129,10 @@ impl Decoder {
         let mut left = payload;
         if unit.codec == Codec::Rans {
             for (channel, counts) in counts.chunks_exact_mut(samples).enumerate() {
-                let (taps, _) = read_taps(&mut left)?;
+                let (taps, wide) = read_taps(&mut left)?;
+                if wide {
+                    return Err(DecodeError::Payload("wide, which only deflate is"));
+                }
                 let used = self.planes.decode(left, basis(channel)?, taps, n, counts)?;
                 left = &left[used..];
             }
@@ -139,6 +142,9 @@ impl Decoder {
             return Ok(counts.into());
         }
         let taps: Vec<(Taps, bool)> = (0..channels).map(|_| read_taps(&mut left)).collect::<Result<_, _>>()?;
+        if header.depth == 0 && taps.iter().any(|(taps, _)| *taps != Taps::default()) {
+            return Err(DecodeError::Payload("taps where they are fixed"));
+        }
         let planes = |wide: bool| samples * (1 + usize::from(wide));
         let size: usize = taps.iter().map(|(_, wide)| planes(*wide)).sum();
         let residuals = inflate(left, size)?;

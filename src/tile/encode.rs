@@ -102,6 +102,10 @@ impl UnitEncoder {
             }
             self.lowest(n, stamp, &tiles, &mut frames);
         } else {
+            if self.ready == 0 {
+                // Where no frame of the lowest rate was made for so long, none will be a neighbour of these.
+                self.held.retain(|(held, _)| (0..SLOWEST_INTERVAL).contains(&(stamp.tick - held.tick)));
+            }
             self.held.push_back((stamp, tiles));
             self.leave(n, &mut frames);
         }
@@ -275,4 +279,24 @@ fn seal(unit: UnitName, n: usize, stamp: Stamp, tile: Tile, look: Look, mut byte
     };
     header.seal(&mut bytes);
     Bytes::from(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::{ErrorClass, Group};
+
+    #[test]
+    fn what_waits_for_a_neighbour_that_never_comes_is_let_go() {
+        let (class, group) = (ErrorClass::Millimetre, Group::Height);
+        let mut encoder = UnitEncoder::new(UnitName { cascade: 0, level: 0, class, group, codec: Codec::Rans });
+        let (still, spoilt) = (vec![0.0; 64], vec![f32::NAN; 64]);
+        for tick in (0..48_000).step_by(120) {
+            // Each frame of the lowest rate is refused, those between are not.
+            let plane = if layer_of(tick) == 0 { &spoilt } else { &still };
+            let taken = encoder.take(8, &[Plane::Samples(plane)], Stamp { tick, epoch: 1, sequence: 0, layout: 0 });
+            assert!(taken.is_err() || taken.is_ok_and(|frames| frames.is_empty()));
+            assert!(encoder.held.len() <= 4, "{} at tick {tick}", encoder.held.len());
+        }
+    }
 }

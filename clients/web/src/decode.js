@@ -83,7 +83,7 @@ export class Decoder {
     const view = new DataView(buffer), words = new Uint16Array(buffer, 0, buffer.byteLength >> 1);
     let at = HEADER_BYTES;
     for (let c = 0; c < channels; c++) {
-      readTaps(view, at, this.taps[c]);
+      if (readTaps(view, at, this.taps[c])) throw new FrameError('payload: wide, which only deflate is');
       const plane = counts.subarray(c * n * n, (c + 1) * n * n);
       at = readPlane(view, words, at + TAPS_BYTES, depth, basis(c), this.taps[c], n, plane);
     }
@@ -94,6 +94,9 @@ export class Decoder {
     if (!this.inflate) throw new FrameError('codec deflate is not read here');
     const view = new DataView(buffer), samples = n * n, wide = [];
     for (let c = 0; c < channels; c++) wide.push(readTaps(view, HEADER_BYTES + c * TAPS_BYTES, this.taps[c]));
+    if (depth === 0 && this.taps.slice(0, channels).some((taps) => taps.some((tap) => tap !== 0))) {
+      throw new FrameError('payload: taps where they are fixed');
+    }
     const size = samples * (channels + wide.filter(Boolean).length);
     const bytes = inflated(this.inflate, new Uint8Array(buffer, HEADER_BYTES + channels * TAPS_BYTES), size);
     let at = 0;

@@ -129,6 +129,8 @@ pub fn damaged() -> Vec<(&'static str, &'static str, Vec<u8>)> {
     vec![
         ("reference", "predicted from frames that are not held", frame("rans-16", 4)),
         ("wide", "wide is 2", edited(key(), &|b| b[HEADER_BYTES + 16] = 2)),
+        ("wide-rans", "wide is 1 with rANS", edited(key(), &|b| b[HEADER_BYTES + 16] = 1)),
+        ("taps-fixed", "taps where deflate's are fixed", edited(frame("deflate-16", 0), &|b| b[HEADER_BYTES] = 1)),
         ("taps-zero", "a byte after wide is not zero", edited(key(), &|b| b[HEADER_BYTES + 18] = 1)),
         ("contexts", "two contexts", edited(key(), &|b| b[plane] = 2)),
         ("shift", "nine low bits", edited(key(), &|b| b[plane + 1] = 9)),
