@@ -108,7 +108,7 @@ async fn demands(scene: &Scene, page: &mut String) {
     let mut found: Vec<Row> = rows.iter().map(|_| Row::default()).collect();
     for _ in 0..ROUNDS {
         for ((_, wanted), row) in rows.iter().zip(&mut found) {
-            client.subscribe(RATE, wanted.clone()).await;
+            client.subscribe(RATE, wanted.clone(), false).await;
             // What was wanted before lingers for two seconds, and foam must be warm.
             listen(&mut client, Duration::from_secs(4)).await;
             let before = ocean.counters();
@@ -154,7 +154,7 @@ async fn joins(page: &mut String) {
         let Event::Hello(hello) = client.next().await else { panic!("hello comes first") };
         let cascades: Vec<u8> = hello.layout.cascades.iter().map(|cascade| cascade.index).collect();
         let begun = Instant::now();
-        client.subscribe(15, units(&cascades, 0, &Group::ALL)).await;
+        client.subscribe(15, units(&cascades, 0, &Group::ALL), false).await;
         let (mut first, mut first_foam) = (None, None);
         while first_foam.is_none() {
             let Event::Frame(frame, _) = client.next().await else { continue };

@@ -24,6 +24,9 @@ pub mod engine;
 pub mod control;
 
 #[cfg(feature = "server")]
+pub mod recording;
+
+#[cfg(feature = "server")]
 pub mod server;
 
 #[cfg(feature = "server")]

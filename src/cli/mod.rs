@@ -3,9 +3,12 @@
 mod export;
 mod gpu;
 mod load;
+mod network;
 mod npz;
 mod plan;
 mod probe;
+mod record;
+mod replay;
 mod scene;
 mod serve;
 mod watch;
@@ -30,6 +33,10 @@ enum Command {
     Serve(serve::ServeArguments),
     /// Watch a server: live figures, a picture, or a report as JSON.
     Watch(crate::client::WatchArguments),
+    /// Keep what a server streams in a file.
+    Record(crate::client::RecordArguments),
+    /// Serve a recording as if it were live.
+    Replay(replay::ReplayArguments),
     /// Test how many clients a server holds: throughput, ages, gaps, and what it costs.
     Load(Box<crate::load::LoadArguments>),
     /// Send raw messages to many connections; `load --calibrate` starts it.
@@ -50,6 +57,8 @@ pub fn main() -> ExitCode {
         None => serve::run(arguments.serve),
         Some(Command::Serve(arguments)) => serve::run(arguments),
         Some(Command::Watch(arguments)) => watch::run(&arguments),
+        Some(Command::Record(arguments)) => record::run(&arguments),
+        Some(Command::Replay(arguments)) => replay::run(arguments),
         Some(Command::Load(arguments)) => load::run(&arguments),
         Some(Command::Calibrator) => load::calibrator(),
         Some(Command::Export(arguments)) => export::run(&arguments),

@@ -1,19 +1,18 @@
 //! `swellcast serve`: a scene on the network.
 
 use std::io::Write;
-use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
-use tokio::net::TcpListener;
 
 use super::gpu::GpuArguments;
+use super::network::{self, NetworkArguments};
 use super::scene;
 use crate::control::{Begun, Epoch, Store};
 use crate::engine::{BackendChoice, Clock, EngineSettings};
 use crate::sea::Timeline;
-use crate::server::{self, Ocean, Settings, allow_open_files};
+use crate::server::{self, Ocean, Settings};
 
 #[derive(Debug, Args)]
 pub struct ServeArguments {
@@ -23,9 +22,8 @@ pub struct ServeArguments {
     /// Replaces the scene's seed
     #[arg(long, env = "SWELLCAST_SEED")]
     seed: Option<u64>,
-    /// Address to listen at
-    #[arg(long, env = "SWELLCAST_LISTEN", default_value = "127.0.0.1:8080")]
-    listen: SocketAddr,
+    #[command(flatten)]
+    network: NetworkArguments,
     /// What computes the sea
     #[arg(long, env = "SWELLCAST_BACKEND", value_enum, default_value_t = Choice::Auto)]
     backend: Choice,
@@ -37,12 +35,6 @@ pub struct ServeArguments {
     /// Threads that compute [default: one for each core]
     #[arg(long, env = "SWELLCAST_THREADS", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
-    /// Most stream clients; from one address, too
-    #[arg(long, env = "SWELLCAST_CLIENTS", default_value_t = 2048, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    clients: u32,
-    /// An origin that may open a stream beside the server's own, like https://show.example; may be repeated
-    #[arg(long, value_name = "ORIGIN")]
-    allow_origin: Vec<String>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -53,15 +45,13 @@ enum Choice {
 }
 
 pub fn run(arguments: ServeArguments) -> Result<()> {
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "info".into());
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    network::log();
     tokio::runtime::Builder::new_multi_thread().enable_all().build()?.block_on(serve(arguments))
 }
 
 async fn serve(arguments: ServeArguments) -> Result<()> {
     // First of all, so that an address in use is found before anything is written.
-    let listener = TcpListener::bind(arguments.listen).await;
-    let listener = listener.with_context(|| format!("listening at {}", arguments.listen))?;
+    let listener = arguments.network.listener().await?;
     let (store, begun) = begin(&arguments)?;
     let (name, changes, tick) =
         (begun.scene.name.clone(), begun.changes.len(), Clock::start(begun.epoch.unix_ns).now_tick());
@@ -81,16 +71,9 @@ async fn serve(arguments: ServeArguments) -> Result<()> {
             opener,
             ..EngineSettings::default()
         },
-        allowed_origins: arguments.allow_origin,
-        ..Settings::for_clients(arguments.clients as usize)
+        ..arguments.network.settings()
     };
-    // A socket for each connection, and a few files.
-    let wanted = settings.connections as u64 + 64;
-    match allow_open_files(wanted) {
-        Ok(allowed) if allowed >= wanted => {}
-        Ok(allowed) => tracing::warn!(allowed, wanted, "the system allows too few open files for all connections"),
-        Err(error) => tracing::warn!(%error, "asking how many files may be open"),
-    }
+    network::allow_files(&settings);
     let address = listener.local_addr()?;
     let ocean = tokio::task::spawn_blocking(move || Ocean::start(store, begun, settings)).await?;
     for warning in ocean.current().timeline.warnings() {
@@ -105,7 +88,7 @@ async fn serve(arguments: ServeArguments) -> Result<()> {
         // Whoever started it may have stopped reading; the sea goes on.
         tracing::debug!(%error, %address, "standard output");
     }
-    server::run(listener, ocean, interrupted()).await.context("serving")
+    server::run(listener, ocean, network::interrupted()).await.context("serving")
 }
 
 /// The log, begun with the scene asked for or gone on with as it stands.
@@ -125,22 +108,4 @@ fn begin(arguments: &ServeArguments) -> Result<(Store, Begun)> {
         }
     };
     Ok((store, begun))
-}
-
-/// Resolves at Ctrl-C or, where there is one, the signal to terminate.
-async fn interrupted() {
-    let ctrl_c = tokio::signal::ctrl_c();
-    #[cfg(unix)]
-    {
-        use tokio::signal::unix::{SignalKind, signal};
-        if let Ok(mut terminate) = signal(SignalKind::terminate()) {
-            tokio::select! {
-                _ = ctrl_c => {}
-                _ = terminate.recv() => {}
-            }
-            return;
-        }
-    }
-    // Without a handler there is nothing to wait for but the other signal.
-    let _ = ctrl_c.await;
 }

@@ -47,8 +47,8 @@ pub enum Event {
     Hello(Box<Hello>),
     /// The answer to a subscription.
     Subscribed(Subscribed),
-    /// A frame, and its length in bytes.
-    Frame(DecodedFrame, usize),
+    /// A frame, and its bytes as they came.
+    Frame(DecodedFrame, Bytes),
     /// How the sea and the server are, once a second.
     Status(Status),
     /// Less is sent than was granted, or all of it again.
@@ -187,12 +187,13 @@ impl<N: Fn() -> i64> Connection<N> {
         })
     }
 
-    /// Replaces the subscription; the answer comes as [`Event::Subscribed`] with the id that this returns.
-    pub async fn subscribe(&mut self, rate_hz: u32, units: Vec<UnitName>) -> u64 {
+    /// Replaces the subscription; the answer comes as [`Event::Subscribed`] with the id that this returns. With `keys`,
+    /// every second begins with key frames.
+    pub async fn subscribe(&mut self, rate_hz: u32, units: Vec<UnitName>, keys: bool) -> u64 {
         self.subscriptions += 1;
         let id = self.subscriptions;
         let units = units.into_iter().map(UnitRate::from).collect();
-        self.send(&ClientMessage::Subscribe(Subscribe { id, rate_hz, units, keys: false })).await;
+        self.send(&ClientMessage::Subscribe(Subscribe { id, rate_hz, units, keys })).await;
         id
     }
 
@@ -265,7 +266,7 @@ impl<N: Fn() -> i64> Connection<N> {
             let decoded = self.decoder.decode(&frame);
             self.fares.decoded(&decoded, (self.now_us)() - self.heard_us);
             return Some(match decoded {
-                Ok(decoded) => Event::Frame(decoded, frame.len()),
+                Ok(decoded) => Event::Frame(decoded, frame),
                 Err(error) => Event::BadFrame(error),
             });
         }

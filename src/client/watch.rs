@@ -11,12 +11,13 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use tokio::time::{MissedTickBehavior, interval};
 
+use super::choice::Choice;
 use super::connection::{Connection, Event};
 use super::playback::{Footing, Playback, TileKey};
 use super::relief::relief;
 use super::stats::{Report, Stats};
 use super::surface::Patch;
-use crate::wire::{Codec, ErrorClass, ErrorCode, Group, Hello, HelloCascade, UnitName};
+use crate::wire::{ErrorCode, Hello, UnitName};
 
 /// Side of the square that a picture shows, metres.
 const PICTURE_M: f64 = 400.0;
@@ -36,23 +37,15 @@ pub struct WatchArguments {
     /// Stop after so many seconds [default: 3 with --png or --json, else only when interrupted]
     #[arg(long)]
     pub seconds: Option<f64>,
-    /// Frames a second; the server says which it has [default: its lowest]
-    #[arg(long)]
-    pub rate: Option<u32>,
-    /// Error class: 0.5mm, 1mm, 5mm or 20mm
-    #[arg(long, default_value = "1mm", value_parser = class)]
-    pub class: ErrorClass,
+    /// What to ask for.
+    #[command(flatten)]
+    pub choice: Choice,
     /// Save a shaded relief of 400 m x 400 m, 800 x 800 pixels, as it is at the end
     #[arg(long)]
     pub png: Option<PathBuf>,
     /// Print one JSON object at the end and nothing else
     #[arg(long)]
     pub json: bool,
-}
-
-fn class(name: &str) -> Result<ErrorClass, String> {
-    let names = ErrorClass::ALL.map(ErrorClass::name);
-    ErrorClass::ALL.into_iter().find(|c| c.name() == name).ok_or_else(|| format!("must be one of {}", names.join(", ")))
 }
 
 /// Watches a server until the time is over, it closes, or Ctrl-C. `now_us` gives microseconds of any monotonic clock.
@@ -131,8 +124,8 @@ impl<N: Fn() -> i64> Watching<N> {
         match event {
             Event::Hello(hello) => {
                 self.stats.hello(&hello);
-                let rate = args.rate.or(hello.rates_hz.iter().min().copied()).context("the server offers no rate")?;
-                self.connection.subscribe(rate, units(&hello, args.class)).await;
+                let rate = args.choice.rate_hz(&hello).context("the server offers no rate")?;
+                self.connection.subscribe(rate, args.choice.units(&hello), false).await;
                 self.hello = Some(*hello);
             }
             Event::Subscribed(subscribed) => {
@@ -143,7 +136,7 @@ impl<N: Fn() -> i64> Watching<N> {
                 }
             }
             Event::Frame(tile, bytes) => {
-                self.stats.frame(&tile, bytes);
+                self.stats.frame(&tile, bytes.len());
                 if self.playback.insert(tile).is_err() {
                     self.stats.stray();
                 }
@@ -186,19 +179,4 @@ impl<N: Fn() -> i64> Watching<N> {
         let picture = relief(&patches, PICTURE_M, PICTURE_SIDE);
         picture.write_png(BufWriter::new(file)).with_context(|| format!("can't write {}", path.display()))
     }
-}
-
-/// Everything that a picture needs of every cascade as fine as there is, as many as the server gives to one client: first
-/// what moves.
-fn units(hello: &Hello, class: ErrorClass) -> Vec<UnitName> {
-    let unit = |cascade: &HelloCascade, group: Group| {
-        let detail = cascade.detail.iter().find(|detail| detail.group == group);
-        let level = detail.map_or(0, |detail| detail.finest_level);
-        let had = detail.is_none_or(|detail| detail.rate_hz != Some(0));
-        had.then_some(UnitName { cascade: cascade.index, level, class, group, codec: Codec::Rans })
-    };
-    let of = |group| hello.layout.cascades.iter().filter_map(move |cascade| unit(cascade, group));
-    let wanted = [Group::Displacement, Group::Slopes, Group::Derivatives, Group::Foam].into_iter();
-    let had = wanted.filter(|group| hello.groups.iter().any(|info| info.name == *group));
-    had.flat_map(of).take(hello.limits.units.min(48) as usize).collect()
 }

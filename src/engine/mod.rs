@@ -20,7 +20,7 @@ pub use clock::Clock;
 pub use cost::{EffectCost, StepTime, demand_cost, effect_costs};
 pub use point_feed::{PointsMessage, PointsWish, fields_of_points};
 pub use probe::{ProbeError, ProbeMethod, Probed, Prober};
-pub use run::{Counters, Engine, EngineSettings};
+pub use run::{Counters, Engine, EngineSettings, Publish};
 pub use schedule::{interval_of_rate, lead_ticks};
 pub use step::{Batch, Stepper, Work};
 pub use trial::Trial;

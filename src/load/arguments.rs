@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::demand::{Demand, Part, class, codec, demand_of, group};
+use super::demand::{Demand, Part, demand_of};
 use super::link::LinkSettings;
 use super::viewer::{Manner, Plan};
+use crate::client::{Choice, cascades, class, codec, group};
 use crate::wire::{Codec, ErrorClass, Group};
 
 /// Clients that come in a second when nothing else is said.
@@ -94,12 +95,6 @@ fn share(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "must be a number from 0 to 1".to_owned())
 }
 
-fn cascades(text: &str) -> Result<usize, String> {
-    let number = text.parse().ok().filter(|number: &usize| *number > 0);
-    let all = (text == "all").then_some(usize::MAX);
-    all.or(number).ok_or_else(|| "must be a number above 0, or all".to_owned())
-}
-
 impl LoadArguments {
     /// Seconds until all have come.
     pub fn ramp_s(&self) -> f64 {
@@ -115,17 +110,19 @@ impl LoadArguments {
     pub fn demands(&self) -> Vec<Demand> {
         let (cascades, level, codec) = (self.cascades, self.level, self.codec);
         if self.mix.is_empty() {
-            let (rate_hz, class, groups) = (self.rate, self.class, self.groups.clone());
-            return vec![Demand { share: 1.0, rate_hz, class, groups, cascades, level, codec }];
+            let (rate, class, groups) = (self.rate, self.class, self.groups.clone());
+            return vec![Demand { share: 1.0, choice: Choice { rate, class, groups, cascades, level, codec } }];
         }
         let demand = |part: &Part| Demand {
             share: part.share,
-            rate_hz: Some(part.rate_hz),
-            class: part.class,
-            groups: part.groups.clone(),
-            cascades,
-            level,
-            codec,
+            choice: Choice {
+                rate: Some(part.rate_hz),
+                class: part.class,
+                groups: part.groups.clone(),
+                cascades,
+                level,
+                codec,
+            },
         };
         self.mix.iter().map(demand).collect()
     }
@@ -136,7 +133,7 @@ impl LoadArguments {
         let demands = self.demands();
         let plan = |client: usize| Plan {
             manner: Manner::Steady,
-            demand: demands[demand_of(&demands, client)].clone(),
+            choice: demands[demand_of(&demands, client)].choice.clone(),
             // As often as the share of the clients so far reaches beyond a whole number: the first does, unless none.
             decodes: ((client + 1) as f64 * self.decode).ceil() > (client as f64 * self.decode).ceil(),
             notes: client < demands.len(),
@@ -154,9 +151,9 @@ impl LoadArguments {
         let first = demands.len().min(plans.len());
         let others_in_all = others.len().max(1);
         for (number, manner) in others.into_iter().enumerate().rev() {
-            let demand = demands[demand_of(&demands, number)].clone();
+            let choice = demands[demand_of(&demands, number)].choice.clone();
             let at = first + (plans.len() - first).min(number * (self.clients as usize - first) / others_in_all);
-            plans.insert(at, Plan { manner, demand, decodes: false, notes: false });
+            plans.insert(at, Plan { manner, choice, decodes: false, notes: false });
         }
         plans
     }

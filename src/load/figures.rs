@@ -2,8 +2,6 @@
 
 use serde::Serialize;
 
-use crate::wire::{Codec, Hello, SLOWEST_INTERVAL, layer_of};
-
 /// Each doubling is cut into 2^6 buckets: a percentile is at most 1.6 % too high.
 const BITS: u32 = 6;
 /// What lies beyond 2^36 microseconds, 19 hours, counts as that.
@@ -99,22 +97,6 @@ fn last_of(bucket: usize) -> u64 {
     let shift = (bucket >> BITS).saturating_sub(1);
     let first = ((bucket - (shift << BITS)) as u64) << shift;
     first + (1 << shift) - 1
-}
-
-/// How long before its tick a frame is due to leave the server, ticks: the one place that says so.
-///
-/// Where frames are predicted, those that lie between two of the lowest rate wait for the second of them: at 30 Hz for one
-/// interval more, at 60 Hz until their turn comes, one each 120 ticks.
-pub fn lead_of(tick: i64, interval: i64, codec: Codec, hello: &Hello) -> i64 {
-    let turn = match (layer_of(tick), interval < SLOWEST_INTERVAL / 2) {
-        _ if !codec.predicts() => 0,
-        (1, false) => SLOWEST_INTERVAL,
-        (1, true) => SLOWEST_INTERVAL * 3 / 4,
-        (2, _) if tick % SLOWEST_INTERVAL < SLOWEST_INTERVAL / 2 => SLOWEST_INTERVAL * 5 / 4,
-        (2, _) => SLOWEST_INTERVAL,
-        _ => 0,
-    };
-    hello.lead_ticks - turn
 }
 
 /// Which ticks of one tile's grid came, in whatever order.

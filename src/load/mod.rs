@@ -97,7 +97,7 @@ pub async fn run(arguments: &LoadArguments, clock: Clock, mut progress: impl FnM
         let mut plans = arguments.steady();
         // The calibrator's frames have their headers alone, and none waits for another.
         for plan in &mut plans {
-            (plan.decodes, plan.demand.codec) = (false, Codec::I16);
+            (plan.decodes, plan.choice.codec) = (false, Codec::I16);
         }
         let watched = Watched::Process(calibrator.id());
         let mut progress = |line: String| progress(format!("calibrating, {line}"));

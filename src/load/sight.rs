@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::figures::{Continuity, Histogram, Row, lead_of};
+use super::figures::{Continuity, Histogram, Row};
 use super::reader::{BadFrame, Head};
 use super::stage::Stage;
 use super::viewer::{Manner, Plan};
 use crate::tile::Decoder;
 use crate::wire::{
-    ClientMessage, Hello, ServerMessage, Subscribe, Subscribed, TICKS_PER_SECOND, Time, UnitName, UnitRate,
+    ClientMessage, Hello, ServerMessage, Subscribe, Subscribed, TICKS_PER_SECOND, Time, UnitName, UnitRate, lead_of,
 };
 
 /// Samples of one moment that a client which decodes keeps for predictions: nine channels of three patches of 1024.
@@ -215,8 +215,8 @@ impl Sight {
     /// The sea is this, or its layout changes: asks for what is wanted of it.
     fn greet(&mut self, hello: Box<Hello>) -> Result<String, String> {
         self.epoch = u64::from_str_radix(&hello.epoch, 16).unwrap_or_default();
-        let units: Vec<UnitRate> = self.plan.demand.units(&hello).into_iter().map(UnitRate::from).collect();
-        let rate_hz = self.plan.demand.rate_hz(&hello).ok_or("the server offers no rate")?;
+        let units: Vec<UnitRate> = self.plan.choice.units(&hello).into_iter().map(UnitRate::from).collect();
+        let rate_hz = self.plan.choice.rate_hz(&hello).ok_or("the server offers no rate")?;
         if units.is_empty() {
             return Err("the server has none of the units asked for".to_owned());
         }
@@ -295,7 +295,7 @@ impl Sight {
                 noted.get_or_insert_with(|| Noted { head: *head, interval: flow.interval, frames: 0, bytes: 0 });
             (noted.frames, noted.bytes) = (noted.frames + 1, noted.bytes + bytes as u64);
         }
-        let age_us = server_us - us_of(tick - lead_of(tick, flow.interval, self.plan.demand.codec, hello));
+        let age_us = server_us - us_of(tick - lead_of(tick, flow.interval, self.plan.choice.codec, hello.lead_ticks));
         self.part.frames += 1;
         self.part.late += u64::from(late);
         self.part.ages.add(age_us);

@@ -9,10 +9,10 @@ use std::time::Duration;
 use tokio::net::{TcpSocket, TcpStream};
 use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
 
-use super::demand::Demand;
 use super::reader::{Message, StreamReader, client_frame, client_text};
 use super::sight::{Outcome, Sight};
 use super::stage::Stage;
+use crate::client::Choice;
 use crate::wire::SUBPROTOCOL;
 
 /// Bytes read at once, into one buffer a thread.
@@ -51,7 +51,7 @@ pub struct Plan {
     /// How it behaves.
     pub manner: Manner,
     /// What it asks for.
-    pub demand: Demand,
+    pub choice: Choice,
     /// It keeps whole frames and decodes them.
     pub decodes: bool,
     /// It notes what frames of each tile look like, for the calibrator.

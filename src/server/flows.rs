@@ -3,7 +3,7 @@
 use super::flow::Flow;
 use crate::engine::interval_of_rate;
 use crate::tile::SentFrame;
-use crate::wire::{Quality, SLOWEST_INTERVAL, UnitName};
+use crate::wire::{Quality, UnitName};
 
 /// Units, each with the interval in ticks at which it comes.
 pub type Granted = Vec<(UnitName, i64)>;
@@ -26,10 +26,10 @@ pub fn at_quality(granted: &Granted, quality: Quality, levels: impl Fn(u8) -> u8
     granted.iter().map(unit).collect()
 }
 
-/// The first tick of a unit whose frames leave after those of `begun`.
-pub fn first_tick(unit: &UnitName, interval: i64, begun: i64) -> i64 {
-    // Where frames are predicted the first is one of the lowest rate.
-    let grid = if unit.codec.predicts() { SLOWEST_INTERVAL } else { interval };
+/// The first tick of a unit whose frames leave after those of `begun`. One that is predicted can be begun with every
+/// `grid` ticks.
+pub fn first_tick(unit: &UnitName, interval: i64, begun: i64, grid: i64) -> i64 {
+    let grid = if unit.codec.predicts() { grid } else { interval };
     (begun / grid + 1) * grid
 }
 
@@ -40,12 +40,12 @@ impl Flows {
     }
 
     /// Replaces the flows by these; those that go on flow without a gap. Gives the units that need key frames.
-    pub fn replace(&mut self, units: &Granted, keys: bool, begun: i64) -> Vec<UnitName> {
+    pub fn replace(&mut self, units: &Granted, keys: bool, begun: i64, grid: i64) -> Vec<UnitName> {
         let held = std::mem::take(&mut self.flows);
         let known = |unit: &UnitName| held.binary_search_by_key(unit, |flow| flow.unit).map(|at| held[at]);
         let flow = |(unit, interval): &(UnitName, i64)| match known(unit) {
             Ok(flow) => flow.every(*interval),
-            Err(_) => Flow::new(*unit, *interval, first_tick(unit, *interval, begun)),
+            Err(_) => Flow::new(*unit, *interval, first_tick(unit, *interval, begun, grid)),
         };
         self.flows = units.iter().map(flow).collect();
         self.keys = keys;

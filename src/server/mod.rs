@@ -1,6 +1,6 @@
 //! The network side: HTTP API, stream sessions, the ring of frames they read, metrics, the embedded viewer.
 //!
-//! [`Ocean::start`] sets a sea under way, [`run`] serves it. Invariants: frames are never copied; a client costs its
+//! [`Ocean::start`] sets a sea under way, [`Ocean::replay`] one that was recorded; [`run`] serves it. Invariants: frames are never copied; a client costs its
 //! own task and a cursor, and nothing that it does or leaves undone holds up another.
 
 mod api;
@@ -15,7 +15,9 @@ mod hello;
 mod listen;
 mod metrics;
 mod ocean;
+mod offer;
 mod plan;
+mod player;
 mod points;
 mod probe;
 mod probe_body;
@@ -23,12 +25,14 @@ mod problem;
 mod process;
 mod proposal;
 mod quality;
+mod replay;
 mod requests;
 mod ring;
 mod seats;
 mod session;
 mod settings;
 mod socket;
+mod source;
 mod stream;
 mod subscriptions;
 mod told;
@@ -44,4 +48,5 @@ pub use probe_body::ProbeBody;
 pub use problem::Problem;
 pub use process::{Usage, allow_open_files, machine_cpu_seconds};
 pub use proposal::When;
+pub use replay::ReplaySettings;
 pub use settings::{MAX_UNITS, Settings};

@@ -18,9 +18,10 @@ use super::proposal::Gate;
 use super::ring::Ring;
 use super::seats::Seats;
 use super::settings::Settings;
+use super::source::Source;
 use super::subscriptions::Subscriptions;
 use crate::control::{Begun, Epoch, Store};
-use crate::engine::{Batch, Clock, Counters, Engine, EngineSettings, PointsWish};
+use crate::engine::{Batch, Clock, Counters, Engine, EngineSettings, PointsWish, Publish};
 use crate::plan::Demand;
 use crate::sea::{Layout, Timeline};
 use crate::wire::{Hello, Status, TICKS_PER_SECOND, UnitName};
@@ -47,7 +48,7 @@ pub struct Ocean {
     pub(super) gate: tokio::sync::Mutex<Gate>,
     current: RwLock<Current>,
     status: RwLock<Status>,
-    engine: Engine,
+    pub(super) source: Source,
     wishes: Mutex<Wishes>,
     clients: AtomicUsize,
     /// The statistics that were told last: tick, entry of the log, and text.
@@ -64,6 +65,18 @@ pub struct Current {
     pub sequence: u64,
     /// The sea at every tick.
     pub timeline: Arc<Timeline>,
+}
+
+/// What a source of frames is made of.
+pub(super) struct Parts {
+    /// The sea.
+    pub timeline: Arc<Timeline>,
+    /// Server time.
+    pub clock: Clock,
+    /// Which timeline.
+    pub epoch: Epoch,
+    /// Where frames go.
+    pub publish: Publish,
 }
 
 struct Wishes {
@@ -85,7 +98,7 @@ pub struct Held {
 
 impl Drop for Held {
     fn drop(&mut self) {
-        self.ocean.engine.hold(None);
+        self.ocean.source.hold(None);
     }
 }
 
@@ -93,6 +106,19 @@ impl Ocean {
     /// Sets a sea under way, as its log left it. Integrates spectra: takes a tenth of a second, and more for a
     /// large scene.
     pub fn start(store: Store, begun: Begun, settings: Settings) -> Arc<Self> {
+        let of_engine = EngineSettings { most_units: settings.live_units, ..settings.engine.clone() };
+        Self::with(store, begun, settings, |Parts { timeline, clock, epoch, publish }| {
+            Source::Engine(Engine::start(timeline, clock, epoch.id, of_engine, publish))
+        })
+    }
+
+    /// Sets a sea under way whose frames come from what `source` gives.
+    pub(super) fn with(
+        store: Store,
+        begun: Begun,
+        settings: Settings,
+        source: impl FnOnce(Parts) -> Source,
+    ) -> Arc<Self> {
         let Begun { epoch, scene, changes, reached_tick } = begun;
         let mut clock = Clock::start(epoch.unix_ns);
         if clock.now_tick() < reached_tick {
@@ -115,9 +141,8 @@ impl Ocean {
             to_ring.push(batch);
             to_all.wake();
         });
-        let of_engine = EngineSettings { most_units: settings.live_units, ..settings.engine.clone() };
-        let engine = Engine::start(Arc::clone(&timeline), clock, epoch.id, of_engine, publish);
-        let status = hello::status(&timeline, &engine.counters(), tick, 0);
+        let source = source(Parts { timeline: Arc::clone(&timeline), clock, epoch, publish });
+        let status = hello::status(&timeline, &source.counters(), tick, 0);
         let sequence = changes.last().map_or(0, |change| change.sequence);
         Arc::new(Self {
             seats: Seats::new(settings.connections, settings.connections_per_address),
@@ -139,7 +164,7 @@ impl Ocean {
             gate: tokio::sync::Mutex::new(Gate::new(changes, build_us, tick)),
             current: RwLock::new(Current { sequence, timeline }),
             status: RwLock::new(status),
-            engine,
+            source,
             clients: AtomicUsize::new(0),
             statistics: Arc::default(),
             noted: Arc::new(tokio::sync::Mutex::new(i64::MIN)),
@@ -164,7 +189,7 @@ impl Ocean {
 
     /// What the engine has done.
     pub fn counters(&self) -> Counters {
-        self.engine.counters()
+        self.source.counters()
     }
 
     /// Stream clients now.
@@ -177,15 +202,22 @@ impl Ocean {
         self.wishes.lock().unwrap_or_else(PoisonError::into_inner).demand.clone()
     }
 
+    /// Waits until a recording is over; a sea that is computed goes on for ever.
+    pub async fn over(&self) {
+        self.source.over().await;
+    }
+
     /// Whether frames can be made.
     pub fn is_ready(&self) -> bool {
-        self.engine.is_alive()
+        self.source.is_alive()
     }
 
     /// The first message to a client, and what follows a change of layout.
     pub fn hello(&self) -> Hello {
         let Current { sequence, timeline } = self.current();
-        hello::hello(&timeline, self.epoch, sequence, self.tick(), self.settings.live_units)
+        let mut hello = hello::hello(&timeline, self.epoch, sequence, self.tick(), self.settings.live_units);
+        self.source.narrow(&mut hello);
+        hello
     }
 
     /// What the sea is like, with the newest entry of the log. Sums over all modes: made once a second at most,
@@ -245,7 +277,7 @@ impl Ocean {
 
     /// Keeps the engine from making `tick` and later ones until the answer is dropped.
     pub(super) fn hold(self: &Arc<Self>, tick: i64) -> Held {
-        self.engine.hold(Some(tick));
+        self.source.hold(Some(tick));
         Held { ocean: Arc::clone(self) }
     }
 
@@ -279,7 +311,7 @@ impl Ocean {
     /// Puts a new timeline in force. The caller holds the gate and has written the log.
     pub(super) fn adopt(&self, current: Current) {
         let (before, after) = (self.current().timeline.layout().generation, current.timeline.layout().generation);
-        self.engine.set_timeline(Arc::clone(&current.timeline));
+        self.source.set_timeline(Arc::clone(&current.timeline));
         *self.current.write().unwrap_or_else(PoisonError::into_inner) = current;
         if after != before {
             // Who still wants units of these numbers means cascades that ended long ago.
@@ -293,7 +325,7 @@ impl Ocean {
         let result = change(&mut wishes.subscriptions);
         let demand = wishes.subscriptions.demand();
         if demand != wishes.demand {
-            self.engine.set_demand(demand.clone());
+            self.source.set_demand(demand.clone());
             wishes.demand = demand;
         }
         result
@@ -314,13 +346,14 @@ impl Client {
     /// # Errors
     /// Index of the unit that can't be had.
     pub fn subscribe(&self, units: &[(UnitName, i64)]) -> Result<Vec<(UnitName, i64)>, usize> {
-        self.ocean.wish(|subscriptions| subscriptions.replace(self.id, units))
+        let units = self.ocean.source.grant(units)?;
+        self.ocean.wish(|subscriptions| subscriptions.replace(self.id, &units))
     }
 
     /// Asks for frames of these units that can be read with nothing before them.
     pub fn join_units(&self, units: Vec<UnitName>) {
         if !units.is_empty() {
-            self.ocean.engine.join(units);
+            self.ocean.source.join(units);
         }
     }
 
@@ -330,7 +363,7 @@ impl Client {
     /// How many points it may follow.
     pub fn follow(&self, id: u64, interval: i64, points: Vec<[f64; 2]>) -> Result<i64, usize> {
         let wish = PointsWish { client: self.id, id, interval, points: points.into() };
-        let tell = |wishes| self.ocean.engine.set_points(wishes);
+        let tell = |wishes| self.ocean.source.set_points(wishes);
         self.ocean.points.replace(wish, tell, || self.ocean.tick() + hello::lead())
     }
 
@@ -342,7 +375,7 @@ impl Client {
 
 impl Drop for Client {
     fn drop(&mut self) {
-        self.ocean.points.remove(self.id, |wishes| self.ocean.engine.set_points(wishes));
+        self.ocean.points.remove(self.id, |wishes| self.ocean.source.set_points(wishes));
         self.ocean.wish(|subscriptions| subscriptions.remove(self.id));
         self.ocean.clients.fetch_sub(1, Relaxed);
     }

@@ -136,6 +136,9 @@ impl Ocean {
     }
 
     async fn decide(self: &Arc<Self>, proposal: Proposal, arrived: i64) -> Result<Answer, Problem> {
+        if !self.source.can_change() {
+            return Err(Problem::conflict("recorded", "this sea was recorded: it can't be changed any more"));
+        }
         let mut gate = self.gate.lock().await;
         let Current { sequence, timeline } = self.current();
         let kind = proposal.kind.clone().check()?;

@@ -94,6 +94,12 @@ pub fn no_room_for_points(asked: usize, left: usize) -> ClientError {
     ClientError { code: ErrorCode::Unavailable, field: Some("points".to_owned()), detail }
 }
 
+/// The refusal of points where there are none.
+pub fn no_points() -> ClientError {
+    let detail = "a recording has no points to follow; ask for those of one moment by POST .../probe".to_owned();
+    ClientError { code: ErrorCode::Unavailable, field: Some("points".to_owned()), detail }
+}
+
 /// A refusal as it is sent.
 pub fn refusal(error: ClientError, id: Option<u64>) -> ServerMessage {
     ServerMessage::Error { code: error.code, detail: error.detail, field: error.field, id }
@@ -108,6 +114,17 @@ pub fn id_of(text: &str) -> Option<u64> {
 /// The refusal of a unit that is beyond the limit of live units.
 pub fn unavailable(index: usize, most: usize) -> ClientError {
     let detail = format!("units[{index}] is not live, and {most} units are, the most this server encodes at a time");
+    ClientError { code: ErrorCode::Unavailable, field: Some(format!("units[{index}]")), detail }
+}
+
+/// The refusal of a unit that was not recorded.
+pub fn not_recorded(index: usize, had: &[UnitName]) -> ClientError {
+    let name = |unit: &UnitName| {
+        let UnitName { cascade, level, class, group, codec } = unit;
+        format!("{cascade}/{level}/{}/{}/{}", group.name(), class.name(), codec.name())
+    };
+    let had: Vec<String> = had.iter().map(name).collect();
+    let detail = format!("units[{index}] was not recorded; cascade, level, group, class, codec: {}", had.join(" "));
     ClientError { code: ErrorCode::Unavailable, field: Some(format!("units[{index}]")), detail }
 }
 

@@ -267,6 +267,9 @@ impl Session {
 
     fn follow(&mut self, points: Points) -> Result<PointsSubscribed, ClientError> {
         let interval = requests::check_points(&points)?;
+        if !self.ocean.source.has_points() && !points.points.is_empty() {
+            return Err(requests::no_points());
+        }
         self.allow(self.ocean.tick())?;
         let Points { id, rate_hz, points } = points;
         let count = points.len();
@@ -285,7 +288,7 @@ impl Session {
         // Where there is no room for coarser units, the client goes on as it is: the next rung may do.
         let Ok(units) = self.client.subscribe(&units) else { return };
         let begun = self.ocean.tick() + lead();
-        let new = self.flows.replace(&units, self.keys, begun);
+        let new = self.flows.replace(&units, self.keys, begun, self.ocean.source.grid());
         self.client.join_units(new);
         self.ocean.metrics.changed_quality();
         self.answer(&ServerMessage::Quality(quality));
@@ -296,14 +299,14 @@ impl Session {
         let asked = requests::check(&subscribe, &self.ocean.current().timeline, now)?;
         self.allow(now)?;
         let granted = self.client.subscribe(&asked);
-        let granted = granted.map_err(|index| requests::unavailable(index, self.ocean.settings.live_units))?;
+        let granted = granted.map_err(|index| self.ocean.source.refusal(index, self.ocean.settings.live_units))?;
         // Read after the engine was told: frames up to here may have left without the new units.
-        let begun = self.ocean.tick() + lead();
+        let (begun, grid) = (self.ocean.tick() + lead(), self.ocean.source.grid());
         let idle = self.flows.is_empty();
-        let new = self.flows.replace(&granted, subscribe.keys, begun);
+        let new = self.flows.replace(&granted, subscribe.keys, begun, grid);
         self.client.join_units(new);
         let slowest = interval_of_rate(subscribe.rate_hz);
-        let from_tick = granted.iter().map(|(unit, interval)| first_tick(unit, *interval, begun)).min();
+        let from_tick = granted.iter().map(|(unit, interval)| first_tick(unit, *interval, begun, grid)).min();
         let from_tick = from_tick.unwrap_or((begun / slowest + 1) * slowest);
         if idle {
             self.cursor = self.ocean.ring.at(from_tick);

@@ -27,7 +27,8 @@ impl DecodedFrame {
     }
 }
 
-fn unit_of(header: &FrameHeader) -> UnitName {
+/// The unit of a header that was read.
+pub fn unit_of(header: &FrameHeader) -> UnitName {
     UnitName {
         cascade: header.cascade,
         level: header.level,

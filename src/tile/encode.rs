@@ -17,6 +17,7 @@ use super::level::Tile;
 use super::predict::{Basis, Taps};
 use super::rans;
 use super::residual::Residuals;
+use super::sent::SentFrame;
 use crate::pass::quantise::quantiser_step;
 use crate::wire::{
     BETWEEN, Codec, FLAG_KEY, FLAG_SATURATED, FrameHeader, HEADER_BYTES, MAGIC, MAX_DEPTH, SLOWEST_INTERVAL,
@@ -34,19 +35,6 @@ pub struct Stamp {
     pub sequence: u64,
     /// Generation of the layout.
     pub layout: u32,
-}
-
-/// A frame on its way to clients.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SentFrame {
-    /// Whose.
-    pub unit: UnitName,
-    /// Its tick.
-    pub tick: i64,
-    /// How many frames of the lowest rate must be held to read it; [`BETWEEN`]: those on both sides of it.
-    pub depth: u8,
-    /// All its bytes.
-    pub bytes: Bytes,
 }
 
 /// Encodes the frames of one unit.

@@ -14,8 +14,10 @@ mod level;
 mod predict;
 mod rans;
 mod residual;
+mod sent;
 
 pub use counts::{EncodeError, Plane};
 pub use decode::{DecodeError, DecodedFrame, Decoder, decode};
-pub use encode::{SentFrame, Stamp, UnitEncoder};
+pub use encode::{Stamp, UnitEncoder};
 pub use level::tiles_per_side;
+pub use sent::SentFrame;

@@ -23,5 +23,5 @@ pub use points::{
 pub use request::{ClientMessage, MAX_MESSAGE_BYTES, Report, Subscribe, Time, UnitName, UnitRate};
 pub use vocabulary::{
     BETWEEN, Codec, ErrorClass, Group, MAX_DEPTH, MAX_TICK, RATES_HZ, REST_TICKS, SLOWEST_INTERVAL, SUBPROTOCOL,
-    TICKS_PER_SECOND, TILE, layer_of,
+    TICKS_PER_SECOND, TILE, layer_of, lead_of,
 };

@@ -29,6 +29,22 @@ pub fn layer_of(tick: i64) -> u8 {
     layer.unwrap_or(RATES_HZ.len()) as u8
 }
 
+/// How long before its tick a frame is due to leave the server, ticks: the one place that says so.
+///
+/// Where frames are predicted, those that lie between two of the lowest rate wait for the second of them: at 30 Hz for one
+/// interval more, at 60 Hz until their turn comes, one each 120 ticks.
+pub fn lead_of(tick: i64, interval: i64, codec: Codec, lead_ticks: i64) -> i64 {
+    let turn = match (layer_of(tick), interval < SLOWEST_INTERVAL / 2) {
+        _ if !codec.predicts() => 0,
+        (1, false) => SLOWEST_INTERVAL,
+        (1, true) => SLOWEST_INTERVAL * 3 / 4,
+        (2, _) if tick % SLOWEST_INTERVAL < SLOWEST_INTERVAL / 2 => SLOWEST_INTERVAL * 5 / 4,
+        (2, _) => SLOWEST_INTERVAL,
+        _ => 0,
+    };
+    lead_ticks - turn
+}
+
 /// How far a streamed sample may be from the field it stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum ErrorClass {

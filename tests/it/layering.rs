@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms in the order the data flows. A room imports only rooms before it ...
-const ORDER: [&str; 15] = [
+const ORDER: [&str; 16] = [
     "wire",
     "scene",
     "sea",
@@ -15,6 +15,7 @@ const ORDER: [&str; 15] = [
     "tile",
     "engine",
     "control",
+    "recording",
     "server",
     "client",
     "load",
@@ -23,11 +24,13 @@ const ORDER: [&str; 15] = [
 ];
 
 /// ... and of those not these: what each must not know.
-const MUST_NOT_KNOW: [(&str, &[&str]); 5] = [
+const MUST_NOT_KNOW: [(&str, &[&str]); 6] = [
     // The reference checks the fast path, and shares none of it.
     ("reference", &["pass", "backend"]),
     ("tile", &["backend", "reference"]),
     ("control", &["pass", "backend", "reference", "tile", "engine"]),
+    // A file of frames and messages.
+    ("recording", &["scene", "sea", "plan", "pass", "backend", "reference", "tile", "engine", "control"]),
     // A thin client has the protocol, a decoder and a clock.
     ("client", &["scene", "sea", "plan", "pass", "backend", "reference", "control", "server"]),
     // The load test sees a server as clients do.

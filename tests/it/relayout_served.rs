@@ -202,7 +202,7 @@ async fn the_thin_client_goes_from_one_layout_to_the_next_without_a_gap() {
                         group: Group::Displacement,
                         codec: Codec::Rans,
                     };
-                    connection.subscribe(15, hello.layout.cascades.iter().map(unit).collect()).await;
+                    connection.subscribe(15, hello.layout.cascades.iter().map(unit).collect(), false).await;
                     hellos.push(*hello);
                 }
                 Event::Subscribed(subscribed) => {

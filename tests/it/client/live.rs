@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use swellcast::client::{Connection, Event, WatchArguments, watch};
+use swellcast::client::{Choice, Connection, Event, WatchArguments, watch};
 use swellcast::engine::Clock;
 use swellcast::server::Settings;
 use swellcast::tile::DecodedFrame;
@@ -16,6 +16,11 @@ fn now() -> impl Fn() -> i64 + Copy {
     move || clock.now_us()
 }
 
+fn choice(rate: Option<u32>) -> Choice {
+    let groups = vec![Group::Displacement, Group::Slopes, Group::Foam];
+    Choice { rate, class: ErrorClass::Millimetre, groups, cascades: usize::MAX, level: 0, codec: Codec::Rans }
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn watch_reports_the_sea_that_is_served() {
     // Also where not all can be had as fine and often as any.
@@ -26,8 +31,7 @@ async fn watch_reports_the_sea_that_is_served() {
     let arguments = WatchArguments {
         url: format!("http://{}", served.address),
         seconds: Some(2.0),
-        rate: None,
-        class: ErrorClass::Millimetre,
+        choice: choice(None),
         png: Some(png.clone()),
         json: true,
     };
@@ -39,7 +43,7 @@ async fn watch_reports_the_sea_that_is_served() {
     assert!(report.newest_frame_ahead_ms.unwrap() > 0.0, "frames come before their time");
     assert!(report.clock_error_bound_ms.unwrap() < 100.0);
     assert!(std::fs::metadata(png).unwrap().len() > 10_000);
-    let wrong = WatchArguments { rate: Some(7), ..arguments };
+    let wrong = WatchArguments { choice: choice(Some(7)), ..arguments };
     assert!(watch(&wrong, now()).await.unwrap_err().to_string().contains("rate_hz"));
     served.stop().await;
 }
@@ -55,7 +59,7 @@ async fn two_clients_agree_on_time_and_water() {
         let mut frames = BTreeMap::<u64, DecodedFrame>::new();
         while frames.len() < 25 {
             match connection.next().await {
-                Event::Hello(_) => drop(connection.subscribe(15, vec![unit]).await),
+                Event::Hello(_) => drop(connection.subscribe(15, vec![unit], false).await),
                 Event::Frame(frame, _) => drop(frames.insert(frame.header.tick, frame)),
                 Event::Closed(closed) => panic!("{closed}"),
                 _ => {}

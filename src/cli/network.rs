@@ -1,0 +1,71 @@
+//! What every server on the network has in common: its address, its limits, its log, and how it is told to end.
+
+use std::net::SocketAddr;
+
+use anyhow::{Context, Result};
+use clap::Args;
+use tokio::net::TcpListener;
+
+use crate::server::{Settings, allow_open_files};
+
+#[derive(Debug, Args)]
+pub struct NetworkArguments {
+    /// Address to listen at
+    #[arg(long, env = "SWELLCAST_LISTEN", default_value = "127.0.0.1:8080")]
+    listen: SocketAddr,
+    /// Most stream clients; from one address, too
+    #[arg(long, env = "SWELLCAST_CLIENTS", default_value_t = 2048, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    clients: u32,
+    /// An origin that may open a stream beside the server's own, like https://show.example; may be repeated
+    #[arg(long, value_name = "ORIGIN")]
+    allow_origin: Vec<String>,
+}
+
+impl NetworkArguments {
+    /// Listens.
+    ///
+    /// # Errors
+    /// When the address is in use, or not ours.
+    pub async fn listener(&self) -> Result<TcpListener> {
+        TcpListener::bind(self.listen).await.with_context(|| format!("listening at {}", self.listen))
+    }
+
+    /// The limits asked for.
+    pub fn settings(&self) -> Settings {
+        Settings { allowed_origins: self.allow_origin.clone(), ..Settings::for_clients(self.clients as usize) }
+    }
+}
+
+/// A socket for each connection, and a few files.
+pub fn allow_files(settings: &Settings) {
+    let wanted = settings.connections as u64 + 64;
+    match allow_open_files(wanted) {
+        Ok(allowed) if allowed >= wanted => {}
+        Ok(allowed) => tracing::warn!(allowed, wanted, "the system allows too few open files for all connections"),
+        Err(error) => tracing::warn!(%error, "asking how many files may be open"),
+    }
+}
+
+/// Logs to standard error, as much as RUST_LOG says.
+pub fn log() {
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "info".into());
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+}
+
+/// Resolves at Ctrl-C or, where there is one, the signal to terminate.
+pub async fn interrupted() {
+    let ctrl_c = tokio::signal::ctrl_c();
+    #[cfg(unix)]
+    {
+        use tokio::signal::unix::{SignalKind, signal};
+        if let Ok(mut terminate) = signal(SignalKind::terminate()) {
+            tokio::select! {
+                _ = ctrl_c => {}
+                _ = terminate.recv() => {}
+            }
+            return;
+        }
+    }
+    // Without a handler there is nothing to wait for but the other signal.
+    let _ = ctrl_c.await;
+}
