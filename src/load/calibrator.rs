@@ -14,6 +14,7 @@ use tokio::sync::watch;
 
 use super::reader::Head;
 use crate::engine::Clock;
+use crate::server::{Latency, Usage};
 use crate::wire::{
     ClientMessage, HEADER_BYTES, Hello, MAX_MESSAGE_BYTES, SUBPROTOCOL, ServerMessage, Subscribe, Subscribed,
     TICKS_PER_SECOND,
@@ -49,7 +50,17 @@ pub struct JobTile {
 #[derive(Debug, Default)]
 struct Round {
     tick: i64,
+    /// When they were ready.
+    ready_us: i64,
     messages: Vec<([u8; 4], Bytes)>,
+}
+
+/// What all connections share.
+struct Ground {
+    job: Job,
+    clock: Clock,
+    /// From a round that is ready to its last byte with the system, as the server counts it.
+    sending: Latency,
 }
 
 /// Listens, prints its address, and sends until standard input ends.
@@ -68,10 +79,11 @@ pub async fn calibrator() -> Result<()> {
     options.set_tcp_notsent_lowat(NOT_SENT)?;
     writeln!(io::stdout(), "{}", listener.local_addr()?)?;
     let (rounds, watched) = watch::channel(Arc::new(Round::default()));
-    let job = Arc::new(job);
+    let clock = Clock::start(job.zero_unix_ns);
+    let ground = Arc::new(Ground { job, clock, sending: Latency::default() });
     tokio::select! {
-        () = pace(&job, &rounds) => {}
-        () = accept(&listener, &job, &watched) => {}
+        () = pace(&ground, &rounds) => {}
+        () = accept(&listener, &ground, &watched) => {}
         // Whoever started it holds the other end for as long as it is needed.
         _ = tokio::task::spawn_blocking(|| io::stdin().read_line(&mut String::new())) => {}
     }
@@ -79,8 +91,8 @@ pub async fn calibrator() -> Result<()> {
 }
 
 /// Makes the messages of every tick when they are due.
-async fn pace(job: &Job, rounds: &watch::Sender<Arc<Round>>) {
-    let clock = Clock::start(job.zero_unix_ns);
+async fn pace(ground: &Ground, rounds: &watch::Sender<Arc<Round>>) {
+    let Ground { job, clock, .. } = ground;
     let Some(step) = job.tiles.iter().map(|tile| tile.interval).min() else { return std::future::pending().await };
     let mut tick = (clock.now_tick() / step + 1) * step;
     loop {
@@ -89,7 +101,7 @@ async fn pace(job: &Job, rounds: &watch::Sender<Arc<Round>>) {
         tokio::time::sleep(clock.until(tick - job.hello.lead_ticks)).await;
         let due = job.tiles.iter().filter(|tile| tick % tile.interval == 0);
         let messages = due.filter_map(|tile| message(tile, tick)).collect();
-        rounds.send_replace(Arc::new(Round { tick, messages }));
+        rounds.send_replace(Arc::new(Round { tick, ready_us: clock.now_us(), messages }));
     }
 }
 
@@ -115,31 +127,34 @@ fn message(tile: &JobTile, tick: i64) -> Option<([u8; 4], Bytes)> {
     Some((head.unit(), bytes.into()))
 }
 
-async fn accept(listener: &TcpListener, job: &Arc<Job>, rounds: &watch::Receiver<Arc<Round>>) {
+async fn accept(listener: &TcpListener, ground: &Arc<Ground>, rounds: &watch::Receiver<Arc<Round>>) {
     loop {
         match listener.accept().await {
             Ok((stream, _)) => {
-                let (job, rounds) = (Arc::clone(job), rounds.clone());
+                let (ground, rounds) = (Arc::clone(ground), rounds.clone());
                 // A client that leaves ends its own task.
-                tokio::spawn(async move { send(&stream, &job, rounds).await });
+                tokio::spawn(async move { send(&stream, &ground, rounds).await });
             }
             Err(_) => tokio::time::sleep(Duration::from_millis(100)).await,
         }
     }
 }
 
-async fn send(stream: &TcpStream, job: &Job, mut rounds: watch::Receiver<Arc<Round>>) -> io::Result<()> {
+async fn send(stream: &TcpStream, ground: &Ground, mut rounds: watch::Receiver<Arc<Round>>) -> io::Result<()> {
     let mut head = Vec::new();
     while !head.ends_with(b"\r\n\r\n") {
         // By single bytes, so that nothing behind it is taken.
         read(stream, &mut head, 1).await?;
+    }
+    if head.starts_with(b"GET /metrics ") {
+        return write(stream, figures(ground).as_bytes()).await;
     }
     let upgrade = format!(
         "HTTP/1.1 101 Switching Protocols\r\nconnection: upgrade\r\nupgrade: websocket\r\n\
          sec-websocket-protocol: {SUBPROTOCOL}\r\n\r\n"
     );
     write(stream, upgrade.as_bytes()).await?;
-    write(stream, &text(&ServerMessage::Hello(Box::new(job.hello.clone())))).await?;
+    write(stream, &text(&ServerMessage::Hello(Box::new(ground.job.hello.clone())))).await?;
     let Some(Subscribe { id, rate_hz, units, .. }) = request(stream).await? else { return Ok(()) };
     let from_tick = rounds.borrow_and_update().tick;
     let mut wanted: Vec<_> = units.iter().map(|wanted| (key(wanted.unit), wanted.rate_hz.unwrap_or(rate_hz))).collect();
@@ -159,6 +174,7 @@ async fn send(stream: &TcpStream, job: &Job, mut rounds: watch::Receiver<Arc<Rou
                         write(stream, bytes).await?;
                     }
                 }
+                ground.sending.observe(ground.clock.now_us() - round.ready_us);
             }
             ready = stream.readable() => {
                 ready?;
@@ -170,6 +186,16 @@ async fn send(stream: &TcpStream, job: &Job, mut rounds: watch::Receiver<Arc<Rou
             }
         }
     }
+}
+
+/// What the server says of itself in `/metrics`, as far as there is the same here.
+fn figures(ground: &Ground) -> String {
+    let mut page = String::from("HTTP/1.1 200 OK\r\nconnection: close\r\n\r\n");
+    if let Some(Usage { cpu_seconds, resident_bytes }) = Usage::own() {
+        page += &format!("process_cpu_seconds_total {cpu_seconds}\nprocess_resident_memory_bytes {resident_bytes}\n");
+    }
+    ground.sending.write("swellcast_sending_seconds", "As the server's.", &mut page);
+    page
 }
 
 fn key(unit: crate::wire::UnitName) -> [u8; 4] {

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
+use super::latency::Latency;
 use super::ocean::Ocean;
 use super::process::Usage;
 
@@ -18,6 +19,8 @@ pub struct Metrics {
     probe_points: AtomicU64,
     probe_transforms: AtomicU64,
     probe_us: AtomicU64,
+    /// From a batch that is ready to its last byte with the system, client by client.
+    pub sending: Latency,
 }
 
 impl Metrics {
@@ -55,7 +58,7 @@ impl Metrics {
 pub fn page(ocean: &Ocean) -> String {
     let (engine, counts) = (ocean.counters(), &ocean.metrics);
     let (tick, sequence) = (ocean.tick(), ocean.current().sequence);
-    let mut page = String::with_capacity(4096);
+    let mut page = String::with_capacity(16384);
     let mut put = |name: &str, kind: &str, help: &str, labels: &str, value: f64| {
         // Writing to a string can't fail.
         let _ = writeln!(page, "# HELP {name} {help}\n# TYPE {name} {kind}\n{name}{labels} {value}");
@@ -112,5 +115,7 @@ pub fn page(ocean: &Ocean) -> String {
     put("foam_warm", "gauge", "1 when foam is whole.", "", f64::from(u8::from(engine.foam_warm)));
     put("log_sequence", "gauge", "Newest entry of the control log.", "", sequence as f64);
     put("tick", "gauge", "Ticks since the sea began.", "", tick as f64);
+    let help = "From frames that are ready to their last byte with the system, client by client.";
+    counts.sending.write("swellcast_sending_seconds", help, &mut page);
     page
 }

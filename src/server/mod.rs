@@ -12,6 +12,7 @@ mod fields;
 mod flow;
 mod flows;
 mod hello;
+mod latency;
 mod listen;
 mod metrics;
 mod ocean;
@@ -42,6 +43,7 @@ mod viewer;
 pub use change_body::ChangeBody;
 #[doc(hidden)]
 pub use echo::echo;
+pub use latency::Latency;
 pub use listen::run;
 pub use ocean::Ocean;
 pub use probe_body::ProbeBody;

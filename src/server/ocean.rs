@@ -138,7 +138,7 @@ impl Ocean {
                 to_pulse.notify_one();
             }
             to_board.post(std::mem::take(&mut batch.points));
-            to_ring.push(batch);
+            to_ring.push(batch, clock.now_us());
             to_all.wake();
         });
         let source = source(Parts { timeline: Arc::clone(&timeline), clock, epoch, publish });

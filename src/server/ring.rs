@@ -23,8 +23,15 @@ pub struct Ring {
 struct Held {
     /// Serial number of the first batch.
     first: u64,
-    batches: VecDeque<Batch>,
+    batches: VecDeque<Ready>,
     bytes: usize,
+}
+
+#[derive(Debug)]
+struct Ready {
+    batch: Batch,
+    /// Server time at which it was, microseconds.
+    at_us: i64,
 }
 
 /// Where a client stands: a batch by serial number, and a frame in it.
@@ -32,6 +39,8 @@ struct Held {
 pub struct Cursor {
     batch: u64,
     frame: usize,
+    /// Something of that batch was given.
+    given: bool,
 }
 
 /// What [`Ring::take`] did.
@@ -43,6 +52,8 @@ pub struct Taken {
     pub bytes: usize,
     /// The client had fallen behind and was moved to the newest batch.
     pub jumped: bool,
+    /// When the last batch was ready of which all that is wanted has been given, microseconds of server time.
+    pub ready_us: Option<i64>,
 }
 
 impl Ring {
@@ -51,16 +62,16 @@ impl Ring {
         Self { most_bytes, held: RwLock::default() }
     }
 
-    /// Adds the newest batch and lets go of the oldest.
-    pub fn push(&self, batch: Batch) {
+    /// Adds the newest batch, ready at a time of the server, and lets go of the oldest.
+    pub fn push(&self, batch: Batch, at_us: i64) {
         let mut held = self.held.write().unwrap_or_else(PoisonError::into_inner);
         let oldest = batch.tick.saturating_sub(SPAN);
         held.bytes += size(&batch);
-        held.batches.push_back(batch);
+        held.batches.push_back(Ready { batch, at_us });
         while held.batches.len() > 1
-            && (held.bytes > self.most_bytes || held.batches.front().is_some_and(|b| b.tick < oldest))
+            && (held.bytes > self.most_bytes || held.batches.front().is_some_and(|ready| ready.batch.tick < oldest))
         {
-            held.bytes -= held.batches.pop_front().map_or(0, |batch| size(&batch));
+            held.bytes -= held.batches.pop_front().map_or(0, |ready| size(&ready.batch));
             held.first += 1;
         }
     }
@@ -73,8 +84,8 @@ impl Ring {
     /// The cursor of a client that wants everything from `tick` on.
     pub fn at(&self, tick: i64) -> Cursor {
         let held = self.held.read().unwrap_or_else(PoisonError::into_inner);
-        let before = held.batches.iter().rev().take_while(|batch| batch.tick >= tick).count();
-        Cursor { batch: held.first + (held.batches.len() - before) as u64, frame: 0 }
+        let before = held.batches.iter().rev().take_while(|ready| ready.batch.tick >= tick).count();
+        Cursor { batch: held.first + (held.batches.len() - before) as u64, ..Cursor::default() }
     }
 
     /// Gives wanted frames from the cursor on, until `budget` bytes are reached or there are no more. A client whose
@@ -91,11 +102,11 @@ impl Ring {
         let newest = (held.first + held.batches.len() as u64).saturating_sub(1);
         let mut taken = Taken::default();
         if cursor.batch < held.first {
-            (*cursor, taken.jumped) = (Cursor { batch: newest, frame: 0 }, true);
+            (*cursor, taken.jumped) = (Cursor { batch: newest, ..Cursor::default() }, true);
         }
-        while let Some(batch) = held.batches.get((cursor.batch - held.first) as usize) {
+        while let Some(Ready { batch, at_us }) = held.batches.get((cursor.batch - held.first) as usize) {
             if batch.tick < stale && cursor.batch < newest {
-                (*cursor, taken.jumped) = (Cursor { batch: newest, frame: 0 }, true);
+                (*cursor, taken.jumped) = (Cursor { batch: newest, ..Cursor::default() }, true);
                 continue;
             }
             while let Some(frame) = batch.frames.get(cursor.frame) {
@@ -104,12 +115,16 @@ impl Ring {
                 }
                 cursor.frame += 1;
                 if wants(frame) {
+                    cursor.given = true;
                     taken.frames += 1;
                     taken.bytes += frame.bytes.len();
                     give(frame.bytes.clone());
                 }
             }
-            *cursor = Cursor { batch: cursor.batch + 1, frame: 0 };
+            if cursor.given {
+                taken.ready_us = Some(*at_us);
+            }
+            *cursor = Cursor { batch: cursor.batch + 1, ..Cursor::default() };
         }
         taken
     }
@@ -131,14 +146,17 @@ mod tests {
     fn push(ring: &Ring, tick: i64) {
         let bytes = Bytes::from(tick.to_le_bytes().to_vec());
         let frame = SentFrame { unit: UNIT, tick, depth: 0, bytes };
-        ring.push(Batch {
+        ring.push(
+            Batch {
+                tick,
+                frames: vec![frame.clone(), frame],
+                points: Vec::new(),
+                backend: "cpu",
+                refused: 0,
+                work: Work::default(),
+            },
             tick,
-            frames: vec![frame.clone(), frame],
-            points: Vec::new(),
-            backend: "cpu",
-            refused: 0,
-            work: Work::default(),
-        });
+        );
     }
 
     fn ticks(ring: &Ring, cursor: &mut Cursor, stale: i64, budget: usize) -> (Vec<i64>, bool) {
@@ -177,6 +195,16 @@ mod tests {
         assert_eq!(ticks(&ring, &mut cursor, 47_000, usize::MAX), (vec![48_000; 2], true), "stale frames are not sent");
         let mut cursor = ring.at(47_000);
         assert_eq!(ticks(&ring, &mut cursor, 47_000, 1).0, [47_040]);
+    }
+
+    #[test]
+    fn a_batch_is_told_when_the_last_that_is_wanted_of_it_was_given() {
+        let ring = Ring::new(1 << 20);
+        (0..=360).step_by(120).for_each(|tick| push(&ring, tick));
+        let mut cursor = ring.at(0);
+        let mut ready = || ring.take(&mut cursor, 0, 1, |frame| frame.tick % 240 == 0, |_| {}).ready_us;
+        // Of 120 and 360 nothing is wanted.
+        assert_eq!([ready(), ready(), ready(), ready()], [None, Some(0), None, Some(240)]);
     }
 
     #[test]

@@ -77,6 +77,8 @@ struct Session {
     keys: bool,
     ladder: Ladder,
     cursor: Cursor,
+    /// When what was handed to the socket last was ready.
+    on_its_way: Option<i64>,
     /// It follows points.
     follows: bool,
     /// The tick up to which the allowance of subscriptions is used up.
@@ -103,6 +105,7 @@ impl Session {
             keys: false,
             ladder: Ladder::new(RATES_HZ[0], beats),
             cursor: Cursor::default(),
+            on_its_way: None,
             follows: false,
             subscribed_until: i64::MIN,
             malformed: 0,
@@ -148,6 +151,9 @@ impl Session {
 
     /// Hands the idle socket what is due.
     fn fill(&mut self, beats: u64) -> Result<(), End> {
+        if let Some(ready_us) = self.on_its_way.take() {
+            self.ocean.metrics.sending.observe(self.ocean.clock.now_us() - ready_us);
+        }
         while let Some(answer) = self.lane.pop_front() {
             let message = answer.stamped(&self.ocean);
             self.stream.send(message);
@@ -184,6 +190,7 @@ impl Session {
                 stream.send(Message::binary(frame));
             },
         );
+        self.on_its_way = taken.ready_us;
         if taken.frames > 0 {
             self.ocean.metrics.sent(taken.frames, taken.bytes as u64);
         }

@@ -29,6 +29,7 @@ mod probe;
 mod probe_served;
 mod properties;
 mod random;
+mod recording;
 mod relayout;
 mod relayout_frames;
 mod relayout_served;
