@@ -87,9 +87,13 @@ bench-gpu:
 peers rounds="60":
     CARGO_TARGET_DIR=target/peers cargo run --release --manifest-path benches/peers/Cargo.toml --bin fftw -- {{rounds}} docs/performance.md
 
-# Write docs/codec.md anew: bytes, times and errors of the codec, on whole seconds of sea.
+# Write the codec's part of docs/codec.md anew: bytes, times and errors, on whole seconds of sea.
 codec:
     cargo bench --bench encode -- --write
+
+# Write the other part of docs/codec.md anew: the codec beside zfp, LERC and others; needs libzfp-dev and liblerc-dev.
+codec-peers seconds="2":
+    CARGO_TARGET_DIR=target/peers cargo run --release --manifest-path benches/peers/Cargo.toml --bin codecs -- {{seconds}} docs/codec.md
 
 # Write the table of docs/trochoid.md anew.
 trochoid:

@@ -1,6 +1,6 @@
 //! What the codec's frames cost: bytes, time on one core, and how far samples are off, on whole seconds of sea.
 //!
-//! `cargo bench --bench encode`; `-- --write` writes docs/codec.md anew, `-- --dump FOLDER` keeps the predicted frames of
+//! `cargo bench --bench encode`; `-- --write` writes its part of docs/codec.md anew, `-- --dump FOLDER` keeps the predicted frames of
 //! each sea, each after its length (u32, little-endian), in the order in which they are sent.
 #![allow(clippy::disallowed_methods, missing_docs, reason = "a bench measures time")]
 
@@ -47,7 +47,10 @@ fn main() {
         }
     }
     if arguments.iter().any(|argument| argument == "--write") {
-        std::fs::write("docs/codec.md", page).expect("docs can be written to");
+        // What the bench of peers wrote stays.
+        let held = std::fs::read_to_string("docs/codec.md").unwrap_or_default();
+        let peers = held.find("\n## Beside others").map_or("", |at| &held[at..]);
+        std::fs::write("docs/codec.md", page + peers).expect("docs can be written to");
     }
 }
 
