@@ -19,6 +19,7 @@ use swellcast::wire::{Codec, ErrorClass, Group, SLOWEST_INTERVAL, TICKS_PER_SECO
 const GROUPS: [Group; 3] = [Group::Displacement, Group::Slopes, Group::Foam];
 const SECONDS: i64 = 2;
 const BEGIN: i64 = 100 * TICKS_PER_SECOND;
+const END: i64 = BEGIN + SECONDS * TICKS_PER_SECOND;
 
 /// Planes of each group of a cascade, by tick.
 type Seconds = BTreeMap<i64, Vec<Vec<Vec<f32>>>>;
@@ -85,7 +86,7 @@ fn seconds(timeline: &Arc<Timeline>, cascade: u8) -> Seconds {
     stepper.set_demand(&demand);
     let mut sea = Seconds::new();
     let ahead = 4 * SLOWEST_INTERVAL;
-    for tick in (BEGIN - ahead..BEGIN + SECONDS * TICKS_PER_SECOND).step_by(120) {
+    for tick in (BEGIN - ahead..END + ahead).step_by(120) {
         while stepper.warm_foam(tick).expect("the CPU steps") {}
         let batch = stepper.frames(tick, &demand).expect("the CPU steps");
         let planes = |group| {
@@ -121,7 +122,7 @@ fn measure(name: &str, n: usize, sea: &Seconds, codec: Codec, class: ErrorClass,
         }
         let deepest = frames.iter().map(|frame| frame.depth).max().unwrap_or(0);
         for frame in frames {
-            let counts = frame.tick >= BEGIN;
+            let counts = (BEGIN..END).contains(&frame.tick);
             if frame.depth < deepest && codec.predicts() {
                 keys += if counts && frame.depth == 0 { frame.bytes.len() } else { 0 };
                 continue;

@@ -16,9 +16,17 @@ pub struct NetworkArguments {
     /// Most stream clients; from one address, too
     #[arg(long, env = "SWELLCAST_CLIENTS", default_value_t = 2048, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     clients: u32,
+    /// Most megabits of frames that may leave in a second: above it nobody is let in, and then all get less
+    #[arg(long, env = "SWELLCAST_EGRESS_MBPS", value_name = "MBPS", value_parser = megabits)]
+    egress_mbps: Option<f64>,
     /// An origin that may open a stream beside the server's own, like https://show.example; may be repeated
     #[arg(long, value_name = "ORIGIN")]
     allow_origin: Vec<String>,
+}
+
+fn megabits(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| (1.0..=1e7).contains(number));
+    number.ok_or_else(|| "must be a number from 1 to 1e7".to_owned())
 }
 
 impl NetworkArguments {
@@ -32,7 +40,11 @@ impl NetworkArguments {
 
     /// The limits asked for.
     pub fn settings(&self) -> Settings {
-        Settings { allowed_origins: self.allow_origin.clone(), ..Settings::for_clients(self.clients as usize) }
+        Settings {
+            allowed_origins: self.allow_origin.clone(),
+            egress_mbps: self.egress_mbps,
+            ..Settings::for_clients(self.clients as usize)
+        }
     }
 }
 

@@ -25,7 +25,9 @@ const SEATS: usize = 16;
 /// When the listener fails.
 pub async fn echo(listener: TcpListener, most: usize) -> io::Result<()> {
     listen::inherit(&listener)?;
-    let open = move |request: Request| async move { upgrade::open(request, &[], move |socket| serve(socket, most)) };
+    let open = move |request: Request| async move {
+        upgrade::open(request, &[], || Ok(()), move |socket| serve(socket, most))
+    };
     let (router, seats) = (Router::new().fallback(get(open)), Seats::new(SEATS, SEATS));
     let head = Settings::default().head;
     let (_open, closing) = watch::channel(false);

@@ -68,7 +68,10 @@ async fn count_seconds(ocean: &Arc<Ocean>) {
     loop {
         // A change of backend is told at once.
         tokio::select! {
-            _ = seconds.tick() => ocean.bulletin.beat(),
+            _ = seconds.tick() => {
+                ocean.bulletin.beat();
+                ocean.egress.beat(ocean.clock.now_us(), ocean.metrics.bytes_sent(), ocean.clients());
+            }
             () = ocean.backend_changed.notified() => {}
         }
         ocean.refresh_status().await;

@@ -30,6 +30,11 @@ impl Metrics {
         self.bytes_sent.fetch_add(bytes, Relaxed);
     }
 
+    /// Bytes of frames so far.
+    pub fn bytes_sent(&self) -> u64 {
+        self.bytes_sent.load(Relaxed)
+    }
+
     /// A client was behind and was moved to the newest frames.
     pub fn jumped(&self) {
         self.jumps.fetch_add(1, Relaxed);
@@ -82,6 +87,7 @@ pub fn page(ocean: &Ocean) -> String {
     put("client_jumps_total", "counter", "Clients moved to the newest frames.", "", count(&counts.jumps));
     let help = "Times that a client was given fewer or coarser frames, or more again.";
     put("quality_changes_total", "counter", help, "", count(&counts.quality_changes));
+    put("squeeze", "gauge", "Rungs of quality that nobody gets, for the budget.", "", ocean.egress.squeeze() as f64);
     let (status, timeline) = (ocean.status(), ocean.current().timeline);
     put("hs_metres", "gauge", "Significant wave height of the modes.", "", status.hs_m);
     let wanted = timeline.wanted_hs_at(status.tick);

@@ -3,10 +3,12 @@
 //! [`Ocean::start`] sets a sea under way, [`Ocean::replay`] one that was recorded; [`run`] serves it. Invariants: frames are never copied; a client costs its
 //! own task and a cursor, and nothing that it does or leaves undone holds up another.
 
+mod allowance;
 mod api;
 mod bulletin;
 mod change_body;
 mod echo;
+mod egress;
 mod farewell;
 mod fields;
 mod flow;

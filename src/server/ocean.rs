@@ -8,6 +8,7 @@ use serde_json::Value;
 use tokio::task::spawn_blocking;
 
 use super::bulletin::Bulletin;
+use super::egress::Egress;
 use super::hello;
 use super::metrics::Metrics;
 use super::plan::Costs;
@@ -39,6 +40,7 @@ pub struct Ocean {
     pub(super) bulletin: Arc<Bulletin>,
     pub(super) seats: Arc<Seats>,
     pub(super) metrics: Metrics,
+    pub(super) egress: Egress,
     pub(super) costs: Costs,
     pub(super) probes: Probes,
     pub(super) points: Arc<PointsBoard>,
@@ -150,13 +152,14 @@ impl Ocean {
                 subscriptions: Subscriptions::new(settings.live_units),
                 demand: Demand::new(),
             }),
-            settings,
             epoch,
             clock,
             store: Arc::new(store),
             ring,
             bulletin,
             metrics: Metrics::default(),
+            egress: Egress::new(settings.egress_mbps),
+            settings,
             costs: Costs::default(),
             probes: Probes::default(),
             points,

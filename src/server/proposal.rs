@@ -6,6 +6,7 @@ use http::StatusCode;
 use serde::Serialize;
 use tokio::task::spawn_blocking;
 
+use super::allowance::Allowance;
 use super::hello::lead;
 use super::ocean::{Current, Held, Ocean};
 use super::problem::Problem;
@@ -78,14 +79,13 @@ pub struct Gate {
     open: Vec<Change>,
     /// Ticks that building a timeline is expected to take.
     build: i64,
-    /// The tick up to which the allowance of changes is used up.
-    used_until: i64,
+    allowance: Allowance,
 }
 
 impl Gate {
     /// A gate after `changes`, where building took `build_us`.
     pub fn new(changes: Vec<Change>, build_us: i64, tick: i64) -> Self {
-        let mut gate = Self { open: changes, build: 0, used_until: i64::MIN };
+        let mut gate = Self { open: changes, build: 0, allowance: Allowance::new(BURST, TICKS_PER_CHANGE) };
         gate.forget(tick);
         gate.expect(build_us);
         gate
@@ -106,13 +106,11 @@ impl Gate {
             let detail = format!("{} changes are accepted and not yet over, must be below {most}", self.open.len());
             return Err(Problem::conflict("too-many-changes", detail));
         }
-        let used = self.used_until.max(tick.saturating_sub(BURST * TICKS_PER_CHANGE)) + TICKS_PER_CHANGE;
-        if used > tick {
+        if !self.allowance.take(tick) {
             let title = "Too many changes";
             let detail = format!("more than {BURST} changes at once, or 2 a second for long");
             return Err(Problem::new(StatusCode::TOO_MANY_REQUESTS, "too-fast", title, detail).retry_after(1));
         }
-        self.used_until = used;
         Ok(())
     }
 }

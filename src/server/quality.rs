@@ -25,6 +25,8 @@ pub struct Ladder {
     /// All that was granted first.
     rungs: Vec<Quality>,
     at: usize,
+    /// Rungs that nobody gets.
+    squeeze: usize,
     /// Seconds of the server: of the last change, and since when all was well.
     changed: u64,
     well_since: u64,
@@ -37,23 +39,30 @@ impl Ladder {
         let fewer = RATES_HZ.into_iter().rev().filter(|rate| *rate <= rate_hz);
         let coarser = (1..=COARSEST).map(|coarser| Quality { rate_hz: RATES_HZ[0], coarser });
         let rungs = fewer.map(|rate_hz| Quality { rate_hz, coarser: 0 }).chain(coarser).collect();
-        Self { rungs, at: 0, changed: now, well_since: now, patience: PATIENCE }
+        Self { rungs, at: 0, squeeze: 0, changed: now, well_since: now, patience: PATIENCE }
     }
 
     /// What is sent.
     pub fn quality(&self) -> Quality {
-        self.rungs[self.at]
+        self.rungs[self.at.max(self.squeeze).min(self.rungs.len() - 1)]
+    }
+
+    /// Takes so many rungs from everybody; true when something else is to be sent from now on.
+    pub fn squeeze(&mut self, squeeze: usize) -> bool {
+        let before = self.quality();
+        self.squeeze = squeeze;
+        self.quality() != before
     }
 
     /// Takes a report at a second of the server; true when something else is to be sent from now on.
     pub fn heard(&mut self, report: &Report, now: u64) -> bool {
         let between = |quality: &Quality| interval_of_rate(quality.rate_hz) as f64 * 1e3 / TICKS_PER_SECOND as f64;
-        let slow = report.decode_ms > TOO_SLOW * between(&self.rungs[self.at]);
+        let slow = report.decode_ms > TOO_SLOW * between(&self.quality());
         if report.buffer_ms < TOO_SHORT_MS || slow {
             self.well_since = now;
             return self.give_less(now);
         }
-        let Some(more) = self.at.checked_sub(1) else { return false };
+        let Some(more) = self.at.checked_sub(1).filter(|more| *more >= self.squeeze) else { return false };
         // A level finer has four times the samples.
         let finer = self.rungs[self.at].coarser > self.rungs[more].coarser;
         let expected_ms = report.decode_ms * if finer { 4.0 } else { 1.0 };
@@ -130,6 +139,16 @@ mod tests {
             }
         }
         assert_eq!(waits[..5], [16, 32, 64, 120, 120]);
+    }
+
+    #[test]
+    fn what_nobody_gets_is_not_tried() {
+        let mut ladder = Ladder::new(60, 0);
+        assert!(!ladder.squeeze(0) && ladder.squeeze(1) && !ladder.squeeze(1));
+        assert_eq!(ladder.quality().rate_hz, 30);
+        assert!((0..500).all(|now| !ladder.heard(&report(1.0, 200.0), now)), "it is well, and gets no more");
+        assert!(ladder.squeeze(9) && ladder.quality().coarser == COARSEST);
+        assert!(ladder.squeeze(0) && ladder.quality().rate_hz == 60);
     }
 
     #[test]

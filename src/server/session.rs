@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use tokio_websockets::Message;
 
+use super::allowance::Allowance;
 use super::bulletin::Reader;
 use super::farewell::{End, OVERFLOW};
 use super::flows::{Flows, Granted, at_quality, first_tick};
@@ -33,6 +34,9 @@ const MALFORMED: u32 = 16;
 /// Subscriptions that may come at once, and how fast that allowance grows back: each is weighed against all clients'.
 const SUBSCRIPTIONS: i64 = 32;
 const TICKS_PER_SUBSCRIPTION: i64 = TICKS_PER_SECOND / 4;
+/// Messages of any kind that may come at once, and how fast that allowance grows back: 64 a second.
+const MESSAGES: i64 = 256;
+const TICKS_PER_MESSAGE: i64 = TICKS_PER_SECOND / 64;
 /// Frames handed to the socket in one go: small ones share a system call.
 const BURST: usize = 64 << 10;
 /// Frames for a tick this long past are not worth sending: 250 ms.
@@ -81,8 +85,8 @@ struct Session {
     on_its_way: Option<i64>,
     /// It follows points.
     follows: bool,
-    /// The tick up to which the allowance of subscriptions is used up.
-    subscribed_until: i64,
+    subscriptions: Allowance,
+    messages: Allowance,
     malformed: u32,
     /// Beats of the server at which the client was last heard, and pinged.
     heard: u64,
@@ -107,7 +111,8 @@ impl Session {
             cursor: Cursor::default(),
             on_its_way: None,
             follows: false,
-            subscribed_until: i64::MIN,
+            subscriptions: Allowance::new(SUBSCRIPTIONS, TICKS_PER_SUBSCRIPTION),
+            messages: Allowance::new(MESSAGES, TICKS_PER_MESSAGE),
             malformed: 0,
             heard: beats,
             pinged: beats,
@@ -179,6 +184,9 @@ impl Session {
         if self.flows.is_empty() {
             return Ok(());
         }
+        if self.ladder.squeeze(self.ocean.egress.squeeze()) {
+            self.change_quality();
+        }
         let (flows, stream) = (&mut self.flows, &mut self.stream);
         let stale = self.ocean.tick() - STALE;
         let taken = self.ocean.ring.take(
@@ -206,6 +214,9 @@ impl Session {
     }
 
     fn hear(&mut self, message: &Message) -> Result<(), End> {
+        if !self.messages.take(self.ocean.tick()) {
+            return Err(End::Close(1008, "more than 256 messages at once, or 64 a second for long"));
+        }
         if message.is_binary() {
             return Err(End::Close(1003, "clients send text"));
         }
@@ -262,14 +273,11 @@ impl Session {
 
     /// Uses up a part of the allowance of subscriptions.
     fn allow(&mut self, now: i64) -> Result<(), ClientError> {
-        let least = now.saturating_sub(SUBSCRIPTIONS * TICKS_PER_SUBSCRIPTION);
-        let used = self.subscribed_until.max(least) + TICKS_PER_SUBSCRIPTION;
-        if used > now {
-            let detail = format!("more than {SUBSCRIPTIONS} subscriptions at once, or 4 a second for long");
-            return Err(ClientError { code: ErrorCode::Unavailable, field: None, detail });
+        if self.subscriptions.take(now) {
+            return Ok(());
         }
-        self.subscribed_until = used;
-        Ok(())
+        let detail = format!("more than {SUBSCRIPTIONS} subscriptions at once, or 4 a second for long");
+        Err(ClientError { code: ErrorCode::Unavailable, field: None, detail })
     }
 
     fn follow(&mut self, points: Points) -> Result<PointsSubscribed, ClientError> {

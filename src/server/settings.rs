@@ -15,6 +15,8 @@ pub struct Settings {
     pub connections_per_address: usize,
     /// Most stream clients; a further one is closed with 1013.
     pub clients: usize,
+    /// Most megabits of frames that may leave in a second; `None`: as many as there are.
+    pub egress_mbps: Option<f64>,
     /// Most units encoded for all clients together.
     pub live_units: usize,
     /// Most points that all clients together follow.
@@ -51,6 +53,7 @@ impl Default for Settings {
             connections: 4096,
             connections_per_address: 2048,
             clients: 2048,
+            egress_mbps: None,
             live_units: 64,
             live_points: 10_000,
             allowed_origins: Vec::new(),

@@ -19,20 +19,36 @@ use crate::wire::SUBPROTOCOL;
 /// RFC 6455, section 1.3.
 const GUID: &[u8] = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
 
+/// When to ask again where there is no room, seconds.
+const RETRY_S: u32 = 5;
+
 /// Answers an upgrade request and starts the session on its connection.
 ///
 /// # Errors
 /// [`Problem`] for anything but a WebSocket upgrade of our subprotocol from an allowed origin.
 pub async fn stream(State(ocean): State<Arc<Ocean>>, request: Request) -> Result<Response, Problem> {
+    let admit = || {
+        if ocean.egress.admit() {
+            return Ok(());
+        }
+        ocean.metrics.refused();
+        let detail = "as many bytes leave this server as may; nobody else is let in";
+        Err(refuse(StatusCode::SERVICE_UNAVAILABLE, "egress", detail).retry_after(RETRY_S))
+    };
     let serve = Arc::clone(&ocean);
-    open(request, &ocean.settings.allowed_origins, |socket| session::serve(serve, socket))
+    open(request, &ocean.settings.allowed_origins, admit, |socket| session::serve(serve, socket))
 }
 
-/// Answers an upgrade request from an allowed origin, and starts `serve` on its connection.
+/// Answers an upgrade request from an allowed origin that `admit` lets in, and starts `serve` on its connection.
 ///
 /// # Errors
 /// As [`stream`].
-pub fn open<S, F>(mut request: Request, allowed_origins: &[String], serve: S) -> Result<Response, Problem>
+pub fn open<S, F>(
+    mut request: Request,
+    allowed_origins: &[String],
+    admit: impl FnOnce() -> Result<(), Problem>,
+    serve: S,
+) -> Result<Response, Problem>
 where
     S: FnOnce(Socket) -> F + Send + 'static,
     F: Future<Output = ()> + Send + 'static,
@@ -64,6 +80,7 @@ where
         return Err(refusal.at("Sec-WebSocket-Protocol").found(offered).allowed(SUBPROTOCOL));
     }
     check_origin(headers, allowed_origins)?;
+    admit()?;
     let mut hash = sha1_smol::Sha1::new();
     hash.update(key);
     hash.update(GUID);

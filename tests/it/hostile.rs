@@ -167,6 +167,33 @@ async fn a_flood_of_subscriptions_is_refused_and_the_last_good_one_stays() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_flood_of_messages_that_are_each_right_ends_alone() {
+    let served = Served::start(&scene(SMALL), Settings::default()).await;
+    let mut watcher = served.client().await;
+    watcher.subscribe(15, &["displacement"]).await;
+    let mut client = served.client().await;
+    client.text("hello").await;
+    let mut answered = 0;
+    // One after the other, so that no answer waits.
+    let code = loop {
+        let time = json!({ "type": "time", "t0": answered }).to_string();
+        if client.stream.send(Message::text(time)).await.is_err() {
+            break client.closed().await;
+        }
+        match client.next().await {
+            Got::Text(text) if text["type"] == "time" => answered += 1,
+            Got::Closed(code) => break code,
+            _ => {}
+        }
+        assert!(answered < 20_000);
+    };
+    assert_eq!(code, 1008);
+    assert!(answered >= 250, "{answered}: a burst is allowed");
+    frames(&mut watcher, 5).await;
+    served.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_client_that_does_not_read_costs_others_nothing() {
     let big = "name = \"small\"\n[wind]\nspeed_mps = 8\n[cascades]\nn = 128\npatches_m = [100]\n";
     let served = Served::start(&scene(big), Settings { ring_bytes: 8 << 20, ..Settings::default() }).await;

@@ -11,6 +11,7 @@ mod contract;
 mod control;
 mod cpu;
 mod demand;
+mod egress;
 mod engine;
 mod ensemble;
 mod foam;
