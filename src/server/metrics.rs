@@ -30,6 +30,11 @@ impl Metrics {
         self.bytes_sent.fetch_add(bytes, Relaxed);
     }
 
+    /// Frames so far.
+    pub fn frames_sent(&self) -> u64 {
+        self.frames_sent.load(Relaxed)
+    }
+
     /// Bytes of frames so far.
     pub fn bytes_sent(&self) -> u64 {
         self.bytes_sent.load(Relaxed)

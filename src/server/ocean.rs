@@ -200,6 +200,11 @@ impl Ocean {
         self.clients.load(Relaxed)
     }
 
+    /// Frames that were handed to clients' sockets.
+    pub fn frames_sent(&self) -> u64 {
+        self.metrics.frames_sent()
+    }
+
     /// Units that are wanted now, and how often.
     pub fn demand(&self) -> Demand {
         self.wishes.lock().unwrap_or_else(PoisonError::into_inner).demand.clone()

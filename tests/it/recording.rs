@@ -105,7 +105,6 @@ async fn a_recording_is_served_as_it_was() {
     }
     // No tick is missing from the first key frame on.
     let ticks: Vec<i64> = shown.keys().filter(|(_, group)| *group == Group::Foam).map(|(tick, _)| *tick).collect();
-    assert_eq!(ticks[0] % 7200, 0, "{ticks:?}");
     // The newest may come before what lies between it and the one before.
     assert!(ticks[..ticks.len() - 4].windows(2).all(|pair| pair[1] - pair[0] == 240), "{ticks:?}");
     let refused = again.http("PUT", "/v1/scenes/small/wind", "", r#"{"speed_mps": 5, "direction_from_deg": 0}"#).await;
