@@ -10,7 +10,7 @@ use std::time::Duration;
 use super::backends::{BackendChoice, Backends, Opener};
 use super::clock::Clock;
 use super::point_feed::PointsWish;
-use super::schedule::{lead_ticks, next_tick};
+use super::schedule::{HEADSTART, lead_ticks, next_tick};
 use super::step::{Batch, Stepper, Work};
 use crate::backend::BackendError;
 use crate::plan::{Demand, Lingering};
@@ -256,7 +256,7 @@ impl Loop<'_> {
                 self.rest(Duration::from_secs(1));
                 continue;
             };
-            let lead = lead_ticks(SLOWEST_INTERVAL);
+            let lead = lead_ticks(SLOWEST_INTERVAL) + HEADSTART;
             let due = self.clock.now_tick() + lead;
             let (tick, skipped) = next_tick(self.last, due, interval);
             let done = if tick >= hold {

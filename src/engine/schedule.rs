@@ -7,6 +7,9 @@ pub const fn interval_of_rate(rate_hz: u32) -> i64 {
     TICKS_PER_SECOND / rate_hz as i64
 }
 
+/// A frame is begun so long before it is due to leave, ticks: making it takes time. 33 ms.
+pub const HEADSTART: i64 = TICKS_PER_SECOND / 30;
+
 /// How long before its tick a frame leaves: cubic playback needs two frames ahead, and 100 ms are for the network.
 pub fn lead_ticks(interval: i64) -> i64 {
     2 * interval + TICKS_PER_SECOND / 10

@@ -1,7 +1,7 @@
 //! Composes what the server says of itself: `hello` for a client that joins, `status` for all.
 
 use crate::control::Epoch;
-use crate::engine::{Counters, lead_ticks};
+use crate::engine::{Counters, HEADSTART, lead_ticks};
 use crate::scene::{Detail, Foam, Scene};
 use crate::sea::{Cascade, Life, Timeline};
 use crate::wire::{
@@ -14,9 +14,14 @@ use super::settings::MAX_UNITS;
 /// Name and version.
 pub const SERVER: &str = concat!("swellcast/", env!("CARGO_PKG_VERSION"));
 
-/// How far ahead of its tick a frame leaves: one lead for all rates, so that their frames go together.
+/// How far ahead of its tick a frame leaves at the latest: one lead for all rates, so that their frames go together.
 pub fn lead() -> i64 {
     lead_ticks(SLOWEST_INTERVAL)
+}
+
+/// How far ahead of now frames may have been made already.
+pub fn reach() -> i64 {
+    lead() + HEADSTART
 }
 
 /// `hello`, for a client that joins at `tick`.

@@ -125,7 +125,7 @@ impl Ocean {
         let mut clock = Clock::start(epoch.unix_ns);
         if clock.now_tick() < reached_tick {
             tracing::warn!(reached_tick, "the calendar was set back; the sea goes on from where it was");
-            clock = clock.not_before(reached_tick.saturating_add(NOTE_EVERY).saturating_add(hello::lead()));
+            clock = clock.not_before(reached_tick.saturating_add(NOTE_EVERY).saturating_add(hello::reach()));
         }
         let (tick, started) = (clock.now_tick(), clock.now_us());
         let timeline = Arc::new(Timeline::replay(&scene, &changes, tick));
@@ -372,7 +372,7 @@ impl Client {
     pub fn follow(&self, id: u64, interval: i64, points: Vec<[f64; 2]>) -> Result<i64, usize> {
         let wish = PointsWish { client: self.id, id, interval, points: points.into() };
         let tell = |wishes| self.ocean.source.set_points(wishes);
-        self.ocean.points.replace(wish, tell, || self.ocean.tick() + hello::lead())
+        self.ocean.points.replace(wish, tell, || self.ocean.tick() + hello::reach())
     }
 
     /// The newest water at its points, once.

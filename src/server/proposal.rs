@@ -7,7 +7,7 @@ use serde::Serialize;
 use tokio::task::spawn_blocking;
 
 use super::allowance::Allowance;
-use super::hello::lead;
+use super::hello::reach;
 use super::ocean::{Current, Held, Ocean};
 use super::problem::Problem;
 use crate::control::{Answer, Key, StoreError};
@@ -202,7 +202,7 @@ impl Ocean {
             crowd(&next, gate.open.iter().chain([&change]))?;
             // From here on the engine makes no tick that the change would alter, however long the disk takes.
             let held = self.hold(effective_tick);
-            if effective_tick >= self.tick() + lead() + MARGIN {
+            if effective_tick >= self.tick() + reach() + MARGIN {
                 return Ok((change, next, held));
             }
             if gate.build == LONGEST_BUILD {
@@ -222,7 +222,7 @@ impl Ocean {
         arrived: i64,
         build: i64,
     ) -> Result<Change, Problem> {
-        let earliest = self.tick() + lead() + MARGIN + build;
+        let earliest = self.tick() + reach() + MARGIN + build;
         let tick = proposal.when.tick(arrived, earliest);
         let (field, value) = match proposal.when {
             When::Soon => ("effective_tick", None),

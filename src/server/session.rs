@@ -13,7 +13,7 @@ use super::allowance::Allowance;
 use super::bulletin::Reader;
 use super::farewell::{End, OVERFLOW};
 use super::flows::{Flows, Granted, at_quality, first_tick};
-use super::hello::lead;
+use super::hello::reach;
 use super::ocean::{Client, Ocean};
 use super::quality::Ladder;
 use super::requests;
@@ -302,7 +302,7 @@ impl Session {
         let units = at_quality(&self.granted, quality, levels);
         // Where there is no room for coarser units, the client goes on as it is: the next rung may do.
         let Ok(units) = self.client.subscribe(&units) else { return };
-        let begun = self.ocean.tick() + lead();
+        let begun = self.ocean.tick() + reach();
         let new = self.flows.replace(&units, self.keys, begun, self.ocean.source.grid());
         self.client.join_units(new);
         self.ocean.metrics.changed_quality();
@@ -316,7 +316,7 @@ impl Session {
         let granted = self.client.subscribe(&asked);
         let granted = granted.map_err(|index| self.ocean.source.refusal(index, self.ocean.settings.live_units))?;
         // Read after the engine was told: frames up to here may have left without the new units.
-        let (begun, grid) = (self.ocean.tick() + lead(), self.ocean.source.grid());
+        let (begun, grid) = (self.ocean.tick() + reach(), self.ocean.source.grid());
         let idle = self.flows.is_empty();
         let new = self.flows.replace(&granted, subscribe.keys, begun, grid);
         self.client.join_units(new);

@@ -46,12 +46,12 @@ pub async fn serve(tape: &Path) -> Result<()> {
         // Rounds of two seconds, at ticks of our own clock.
         let round: Vec<&SentFrame> =
             of_tape.iter().filter(|frame| frame.tick < of_tape[0].tick + 2 * TICKS_PER_SECOND).collect();
-        let mut begin = (clock.now_tick() / TICKS_PER_SECOND + 1) * TICKS_PER_SECOND;
+        let mut begin = (clock.now_tick() / TICKS_PER_SECOND + 2) * TICKS_PER_SECOND;
         loop {
             for frame in &round {
                 let tick = begin + frame.tick - round[0].tick;
-                let later = (*frame).clone().later(tick + lead - frame.tick);
-                std::thread::sleep(clock.until(tick));
+                let later = (*frame).clone().later(tick - frame.tick);
+                std::thread::sleep(clock.until(tick - lead));
                 send.send((later.tick, later.bytes))?;
             }
             begin += 2 * TICKS_PER_SECOND;
