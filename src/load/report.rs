@@ -2,11 +2,16 @@
 
 use serde::Serialize;
 
+use super::churn::Churned;
 use super::crowd::{Crowd, Sample};
 use super::figures::{Histogram, Percentiles, Row};
+use super::growth::growth;
 use super::sight::{Faults, Outcome};
 use super::stage::Stage;
 use super::viewer::Manner;
+use super::wind::WindChanges;
+
+const MIB: f64 = 1048576.0;
 
 /// Everything found.
 #[derive(Clone, Debug, Serialize)]
@@ -46,6 +51,8 @@ pub struct Findings {
     pub steady: Group,
     pub slow: Option<Group>,
     pub stalled: Option<Stalled>,
+    pub churned: Option<Churned>,
+    pub wind: Option<WindChanges>,
     pub decoded: u64,
     pub received_mbps: f64,
     pub round_trip_ms: Option<Percentiles>,
@@ -105,9 +112,13 @@ pub struct ServerCost {
     /// Cores with the first client of each demand alone.
     pub base_cpu: Option<f64>,
     pub resident_mib: Option<f64>,
+    /// From the median of the window's second quarter to that of its last.
+    pub growth_mib: Option<f64>,
     pub clients: Option<f64>,
     pub jumps: Option<f64>,
     pub skipped_ticks: Option<f64>,
+    /// Of the ticks that were due.
+    pub skipped_share: Option<f64>,
     pub bytes_per_cpu_second: Option<f64>,
     pub fan_out_bytes_per_cpu_second: Option<f64>,
 }
@@ -154,13 +165,18 @@ impl Findings {
         let at_end = at_end.unwrap_or_default();
         let begin = crowd.samples.iter().find(|sample| sample.row >= first).map(|sample| sample.server);
         let grown = |of: fn(&super::monitor::Figures) -> Option<f64>| Some(of(&at_end)? - of(&begin?)?);
+        let (made, skipped_ticks) = (grown(|figures| figures.steps), grown(|figures| figures.skipped));
+        let sampled = |row| crowd.samples.iter().find(|sample| sample.row == row);
+        let resident: Vec<_> = (first..end).map(|row| sampled(row)?.server.resident_bytes).collect();
         let server = ServerCost {
             cpu,
             base_cpu,
-            resident_mib: at_end.resident_bytes.map(|bytes| bytes / f64::from(1 << 20)),
+            resident_mib: at_end.resident_bytes.map(|bytes| bytes / MIB),
+            growth_mib: growth(&resident).map(|bytes| bytes / MIB),
             clients: at_end.clients,
             jumps: grown(|figures| figures.jumps),
-            skipped_ticks: grown(|figures| figures.skipped),
+            skipped_ticks,
+            skipped_share: made.zip(skipped_ticks).map(|(made, skipped)| skipped / (made + skipped).max(1.0)),
             bytes_per_cpu_second: cpu.filter(|cpu| *cpu > 0.0).map(|cpu| per_second / cpu),
             fan_out_bytes_per_cpu_second: cpu
                 .zip(base_cpu)
@@ -183,12 +199,14 @@ impl Findings {
             steady: Group::of(&steady, wanted, &window.ages, seconds),
             slow: (!slow.is_empty()).then(|| Group::of(&slow, slow.len(), &slow_ages, seconds)),
             stalled: (!stalled.is_empty()).then(|| Stalled::of(&stalled)),
+            churned: crowd.churned,
+            wind: crowd.wind.clone(),
             client_mbps,
         }
     }
 
-    /// Why this is not good enough; empty when it is.
-    pub fn shortcomings(&self, tolerated: f64) -> Vec<String> {
+    /// Why this is not good enough; empty when it is. `flat`: MiB by which the server's memory may grow.
+    pub fn shortcomings(&self, tolerated: f64, flat: Option<f64>) -> Vec<String> {
         let Group { clients, stayed, late_share, gap_share, faults, ended, .. } = &self.steady;
         let mut why = Vec::new();
         if stayed < clients {
@@ -208,6 +226,23 @@ impl Findings {
             if *share > tolerated {
                 why.push(format!("{:.3} % of frames were {what}, tolerated are {:.3} %", share * 1e2, tolerated * 1e2));
             }
+        }
+        if let Some(share) = self.server.skipped_share.filter(|share| *share > tolerated) {
+            let (share, tolerated) = (share * 1e2, tolerated * 1e2);
+            why.push(format!("{share:.3} % of ticks were skipped by the server, tolerated are {tolerated:.3} %"));
+        }
+        if let Some(Churned { told, left, came }) = self.churned.filter(|churned| churned.came < churned.told) {
+            why.push(format!("{told} clients were told to leave, {left} did, {came} came in their place"));
+        }
+        if let Some(WindChanges { accepted, failed, first_failure: Some(first) }) = &self.wind {
+            why.push(format!("{failed} of {} changes of wind failed: {first}", accepted + failed));
+        }
+        match (flat, self.server.growth_mib) {
+            (Some(most), Some(grown)) if grown > most => {
+                why.push(format!("the server's memory grew by {grown:.1} MiB, at most {most:.1} may be"));
+            }
+            (Some(_), None) => why.push("whether the server's memory grows is not known".to_owned()),
+            _ => {}
         }
         why
     }
@@ -281,7 +316,7 @@ fn over_time(crowd: &Crowd, row_s: f64) -> Vec<ReportRow> {
             age_p50_ms: row.ages.percentile_ms(0.5),
             age_p99_ms: row.ages.percentile_ms(0.99),
             server_cpu,
-            server_mib: sample.and_then(|sample| sample.server.resident_bytes).map(|b| b / f64::from(1 << 20)),
+            server_mib: sample.and_then(|sample| sample.server.resident_bytes).map(|bytes| bytes / MIB),
             own_cpu,
             machine_cpu,
         }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
 
 use super::figures::{Continuity, Histogram, Row, lead_of};
 use super::reader::{BadFrame, Head};
@@ -15,7 +16,7 @@ use crate::wire::{
 /// Samples of one moment that a client which decodes keeps for predictions: nine channels of three patches of 1024.
 const MOST_SAMPLES: usize = 1 << 25;
 
-/// What a client counted, from its first frame to its last; what `measured_` names, in the window alone.
+/// What a client counted, and those that it replaced, from its first frame to its last; what `measured_` names, in the window alone.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// How it behaved.
@@ -116,6 +117,8 @@ pub struct Sight {
     flows: BTreeMap<[u8; 4], Flow>,
     subscriptions: u64,
     settled: bool,
+    /// It came in the place of one that left, and has no subscription yet.
+    replaces: bool,
     /// A stalled client: it has its subscription and stops reading.
     stalls: bool,
     woke_us: Option<i64>,
@@ -156,6 +159,7 @@ impl Sight {
             flows: BTreeMap::new(),
             subscriptions: 0,
             settled: false,
+            replaces: false,
             stalls: false,
             woke_us: None,
             row: 0,
@@ -168,11 +172,24 @@ impl Sight {
         &self.plan
     }
 
-    /// A new connection begins; what was held is forgotten.
+    /// A new connection begins; what was held is forgotten, but for what it counts.
     pub fn connect_anew(&mut self) {
         (self.hello, self.stalls) = (None, false);
         self.decoder = Decoder::new(MOST_SAMPLES);
-        self.flows.clear();
+        let flows = std::mem::take(&mut self.flows);
+        self.close_books(flows);
+    }
+
+    /// It left as it was told to, and another takes its place.
+    pub fn give_place(&mut self) {
+        self.stage.turnover.left.fetch_add(1, Relaxed);
+        (self.outcome.subscribed, self.replaces) = (false, true);
+        self.connect_anew();
+    }
+
+    /// Whether it was granted its subscription.
+    pub fn is_granted(&self) -> bool {
+        self.outcome.subscribed
     }
 
     /// Whether it has just been granted what it will not read; once a connection.
@@ -239,6 +256,9 @@ impl Sight {
         self.close_books(held);
         self.stalls = matches!(self.plan.manner, Manner::Stalled(_)) && self.woke_us.is_none();
         self.outcome.subscribed = true;
+        if std::mem::take(&mut self.replaces) {
+            self.stage.turnover.came.fetch_add(1, Relaxed);
+        }
         self.settle();
     }
 
