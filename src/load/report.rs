@@ -87,6 +87,8 @@ pub struct Group {
     pub age_ms: Option<Percentiles>,
     pub late: u64,
     pub late_share: f64,
+    pub coarser: u64,
+    pub coarser_share: f64,
     pub gaps: u64,
     pub gap_share: f64,
     pub faults: Faults,
@@ -207,7 +209,7 @@ impl Findings {
 
     /// Why this is not good enough; empty when it is. `flat`: MiB by which the server's memory may grow.
     pub fn shortcomings(&self, tolerated: f64, flat: Option<f64>) -> Vec<String> {
-        let Group { clients, stayed, late_share, gap_share, faults, ended, .. } = &self.steady;
+        let Group { clients, stayed, late_share, coarser_share, gap_share, faults, ended, .. } = &self.steady;
         let mut why = Vec::new();
         if stayed < clients {
             let most = ended.first().map_or("they didn't end".to_owned(), |(why, _)| why.clone());
@@ -222,7 +224,7 @@ impl Findings {
         if self.steady.frames == 0 {
             why.push("no frame came".to_owned());
         }
-        for (share, what) in [(late_share, "late"), (gap_share, "missing")] {
+        for (share, what) in [(late_share, "late"), (coarser_share, "coarser than asked for"), (gap_share, "missing")] {
             if *share > tolerated {
                 why.push(format!("{:.3} % of frames were {what}, tolerated are {:.3} %", share * 1e2, tolerated * 1e2));
             }
@@ -259,7 +261,8 @@ impl Group {
         ended.sort_by_key(|(_, times)| std::cmp::Reverse(*times));
         let mut each: Vec<u64> = outcomes.iter().map(|outcome| outcome.measured_bytes).collect();
         each.sort_unstable();
-        let (frames, late) = (sum(|o| o.measured_frames), sum(|o| o.measured_late));
+        let [frames, late] = [sum(|o| o.measured_frames), sum(|o| o.measured_late)];
+        let coarser = sum(|o| o.measured_coarser);
         let (bytes, gaps, came) = (sum(|o| o.measured_bytes), sum(|o| o.gaps), sum(|o| o.came));
         let mbps = |bytes: u64| bytes as f64 * 8e-6 / seconds;
         Self {
@@ -273,6 +276,8 @@ impl Group {
             age_ms: ages.percentiles(),
             late,
             late_share: late as f64 / frames.max(1) as f64,
+            coarser,
+            coarser_share: coarser as f64 / frames.max(1) as f64,
             gaps,
             gap_share: gaps as f64 / (gaps + came).max(1) as f64,
             faults,

@@ -31,6 +31,7 @@ impl Report {
                 ("frames", steady.frames.to_string()),
                 ("age p50 / p99 / p99.9 / max, ms", ages(steady.age_ms)),
                 ("late", share(steady.late, steady.late_share)),
+                ("coarser than asked for", share(steady.coarser, steady.coarser_share)),
                 ("gaps", share(steady.gaps, steady.gap_share)),
                 ("wrong messages", steady.faults.total().to_string()),
                 ("decoded in full", findings.decoded.to_string()),

@@ -80,6 +80,20 @@ async fn a_change_of_wind_that_is_refused_is_a_shortcoming_in_the_servers_words(
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_comes_coarser_as_the_server_said_is_counted_and_not_wrong() {
+    let served = Served::start(&scene(SMALL), Settings::default()).await;
+    let options = "--clients 1 --slow 1 --slow-rate 1 --seconds 8 --ramp 0.1 --rate 60 --codec f32 --tolerate 1";
+    let report = load(&served, options).await;
+    let slow = report.load.slow.as_ref().unwrap();
+    assert!(slow.coarser > 0 && slow.faults.total() == 0, "{slow:?}");
+    let mut load = report.load;
+    assert!(load.steady.coarser == 0 && report.holds, "{:?}", report.why);
+    load.steady.coarser_share = 0.5;
+    assert!(load.shortcomings(0.4, None).iter().any(|why| why.contains("50.000 % of frames were coarser")));
+    served.stop().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn memory_that_grows_and_ticks_that_are_skipped_are_shortcomings() {
     let served = Served::start(&scene(SMALL), Settings::default()).await;
     let report = load(&served, "--clients 1 --seconds 4 --ramp 0.1 --flat 1000 --tolerate 1").await;
