@@ -33,7 +33,6 @@ async fn the_first_of_each_demand_never_leaves() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.code() == Some(1) && said.contains("clients is 1, must be above 1"), "{output:?}");
     let served = Served::start(&scene(SMALL), Settings::default()).await;
-    // The calibrator is shown the frames that the first saw, all of them.
     let options = "--clients 2 --churn 10 --seconds 2 --ramp 0.1 --groups height --tolerate 1";
     let report = load(&served, options).await;
     assert!(report.holds && report.load.churned.is_some_and(|churned| churned.came > 15), "{report:?}");
