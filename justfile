@@ -103,6 +103,10 @@ trochoid:
 load *args:
     .ci/load {{args}}
 
+# A long load: clients come and leave, the wind changes, memory stays; for so many seconds.
+soak seconds="1800":
+    .ci/soak {{seconds}}
+
 # Everything, as on a fresh machine.
 ci:
     .ci/run

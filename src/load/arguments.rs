@@ -65,15 +65,25 @@ pub struct LoadArguments {
     /// That rate, Mb/s
     #[arg(long, default_value_t = 1.0, value_parser = seconds, value_name = "MBPS")]
     pub slow_rate: f64,
+    /// So many steady clients a second leave, each in its turn, and others come in their place
+    #[arg(long, value_name = "N", value_parser = |text: &str| within(text, 1e-3, 1e4))]
+    pub churn: Option<f64>,
+    /// Every so many seconds the wind of the scene is changed; at the end it is set back
+    #[arg(long, value_name = "S", value_parser = |text: &str| within(text, 0.1, 1e6))]
+    pub wind_every: Option<f64>,
     /// All clients come over a bad link: delay=20,jitter=10,rate=50,stall=100/5000 (ms, Mb/s)
     #[arg(long)]
     pub link: Option<LinkSettings>,
     /// Measure the raw-socket ceiling of this machine with the same crowd, in the same run
     #[arg(long)]
     pub calibrate: bool,
-    /// Share of frames that may be late, and that may be missing, for a server that holds
+    /// Share of frames that may be late, and that may be missing, and of ticks that the server may skip, for one that
+    /// holds
     #[arg(long, default_value_t = 0.001, value_parser = share)]
     pub tolerate: f64,
+    /// The server's memory may grow by so much, from the median of the window's second quarter to that of its last
+    #[arg(long, value_name = "MIB", value_parser = |text: &str| within(text, 0.0, 1e6))]
+    pub flat: Option<f64>,
     /// Write the figures as JSON to a file; - for standard output, and then nothing else
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
@@ -91,8 +101,12 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 fn share(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|number: &f64| (0.0..=1.0).contains(number));
-    number.ok_or_else(|| "must be a number from 0 to 1".to_owned())
+    within(text, 0.0, 1.0)
+}
+
+fn within(text: &str, least: f64, most: f64) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| (least..=most).contains(number));
+    number.ok_or_else(|| format!("must be a number from {least} to {most}"))
 }
 
 impl LoadArguments {

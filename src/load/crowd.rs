@@ -1,18 +1,21 @@
 //! A crowd from its first client to its last: ramp, measured window, end, and what is sampled meanwhile.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 use std::time::Duration;
 
-use tokio::sync::watch;
+use tokio::sync::{mpsc, watch};
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
+use super::churn::{Churned, churn};
 use super::figures::Row;
 use super::monitor::{Figures, Watched};
 use super::sight::Outcome;
 use super::stage::Stage;
 use super::viewer::{Manner, Plan, view};
+use super::wind::{Wind, WindChanges};
 use crate::server::{Usage, machine_cpu_seconds};
 
 /// Clients that are not granted what they want so long after the last began, are not waited for.
@@ -33,6 +36,10 @@ pub struct Course {
     pub ramp_s: f64,
     /// So many come first, and the server's cost with them alone is measured.
     pub base: Option<usize>,
+    /// So many steady clients a second leave in the window and are replaced.
+    pub churn: Option<f64>,
+    /// A wind that is changed in the window, and every how many seconds.
+    pub wind: Option<(Wind, f64)>,
 }
 
 /// What was sampled at the beginning of a row.
@@ -63,6 +70,10 @@ pub struct Crowd {
     pub window: (i64, i64),
     /// Processor of the server with the first few clients alone, as a share of one.
     pub base_cpu: Option<f64>,
+    /// Clients that left and were replaced, if any were to.
+    pub churned: Option<Churned>,
+    /// Changes of wind, if there were to be any.
+    pub wind: Option<WindChanges>,
 }
 
 /// Runs a crowd. `stop` ends it; `progress` is called with a line to show now and then.
@@ -76,9 +87,20 @@ pub async fn run(
     let all = course.plans.len();
     let mut views = JoinSet::new();
     let mut plans = course.plans.into_iter();
+    let mut seats = VecDeque::new();
+    let mut seat = |plan: &Plan| {
+        let (turn, turns) = mpsc::channel(1);
+        if plan.manner == Manner::Steady && !plan.notes {
+            seats.push_back(turn);
+        }
+        turns
+    };
     let mut base_cpu = None;
     if let Some(first) = course.base {
-        plans.by_ref().take(first).for_each(|plan| drop(views.spawn(view(plan, Arc::clone(&stage)))));
+        for plan in plans.by_ref().take(first) {
+            let turns = seat(&plan);
+            views.spawn(view(plan, Arc::clone(&stage), turns));
+        }
         progress("measuring the server without the crowd".to_owned());
         sleep(BASE_SETTLING).await;
         let (before, begun_us) = (watched.figures().await, stage.clock.now_us());
@@ -91,17 +113,18 @@ pub async fn run(
     let rest = plans.len().max(1) as f64;
     for (number, plan) in plans.enumerate() {
         let (stage, wait_us) = (Arc::clone(&stage), (ramp_us * number as f64 / rest) as u64);
-        let mut stopped = stage.stop.clone();
+        let (mut stopped, turns) = (stage.stop.clone(), seat(&plan));
         views.spawn(async move {
             tokio::select! {
                 _ = stopped.wait_for(|stop| *stop) => {}
                 () = sleep(Duration::from_micros(wait_us)) => {}
             }
-            view(plan, stage).await
+            view(plan, stage, turns).await
         });
     }
     let latest_us = stage.clock.now_us() + ramp_us as i64 + PATIENCE_S * 1_000_000;
     let (mut samples, mut window) = (Vec::new(), None);
+    let (mut churning, mut blowing) = (None, None);
     let mut ended = Vec::new();
     loop {
         let row = stage.ledger.row(stage.clock.now_us()) + 1;
@@ -121,9 +144,17 @@ pub async fn run(
             None if stage.settled.load(Relaxed) >= all || stage.clock.now_us() > latest_us => {
                 // The next row is the first that is whole.
                 window = Some(stage.ledger.open_window(row + 1));
+                let seats = std::mem::take(&mut seats);
+                churning = course.churn.map(|rate| tokio::spawn(churn(seats, rate, Arc::clone(&stage))));
+                let wind = course.wind.clone();
+                blowing = wind.map(|(wind, every_s)| tokio::spawn(wind.change(every_s, stage.stop.clone())));
             }
             _ => {}
         }
+    }
+    if let Some(churning) = &churning {
+        churning.abort();
+        stage.turnover.complete().await;
     }
     // Whoever holds the other end is told, or gone.
     let _ = stop.send(true);
@@ -135,7 +166,12 @@ pub async fn run(
     // Who doesn't end is not among the outcomes.
     let _ = farewell.await;
     let window = window.unwrap_or_default();
-    Crowd { outcomes: ended, rows: stage.ledger.rows(), samples, window, base_cpu }
+    let churned = churning.map(|_| stage.turnover.counts());
+    let wind = match blowing {
+        Some(blowing) => blowing.await.ok(),
+        None => None,
+    };
+    Crowd { outcomes: ended, rows: stage.ledger.rows(), samples, window, base_cpu, churned, wind }
 }
 
 fn line(stage: &Stage, row: i64, all: usize, ended: &[Outcome], window: Option<(i64, i64)>) -> String {
@@ -150,6 +186,10 @@ fn line(stage: &Stage, row: i64, all: usize, ended: &[Outcome], window: Option<(
     };
     let mut line = format!("{at}: {} of {all} clients", stage.settled.load(Relaxed).saturating_sub(ended.len()));
     line += &format!(", {mbps:.0} Mb/s, age p99 {p99} ms, {} late", last.late);
+    let came = stage.turnover.counts().came;
+    if came > 0 {
+        line += &format!(", {came} replaced");
+    }
     let left = ended.iter().filter(|outcome| outcome.manner == Manner::Steady).count();
     if left > 0 {
         line += &format!(", {left} lost");

@@ -6,9 +6,11 @@
 mod arguments;
 mod calibrate;
 mod calibrator;
+mod churn;
 mod crowd;
 mod demand;
 mod figures;
+mod growth;
 mod link;
 mod monitor;
 mod page;
@@ -18,6 +20,7 @@ mod sight;
 mod stage;
 mod table;
 mod viewer;
+mod wind;
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -29,18 +32,22 @@ use tokio::sync::watch;
 pub use arguments::LoadArguments;
 pub use calibrate::SUBCOMMAND as CALIBRATOR;
 pub use calibrator::calibrator;
+pub use churn::Churned;
 pub use figures::{Continuity, Histogram, Percentiles};
+pub use growth::growth;
 pub use link::{Direction, Link, LinkSettings};
 pub use page::page;
 pub use reader::{BadFrame, BadStream, Head, Message, StreamReader};
 pub use report::{Calibration, Findings, Group, Report, ReportRow, ServerCost, Stalled};
 pub use sight::Faults;
+pub use wind::WindChanges;
 
 use calibrate::Calibrator;
+use churn::Turnover;
 use crowd::Course;
 use monitor::{Timekeeper, Watched};
 use stage::{Ledger, Stage};
-use viewer::Plan;
+use wind::Wind;
 
 use crate::client::stream_uri;
 use crate::engine::Clock;
@@ -56,6 +63,12 @@ const FILES_OVER_A_LINK: u64 = 3;
 /// # Errors
 /// When the server can't be reached, or so many clients can't be had on this machine.
 pub async fn run(arguments: &LoadArguments, clock: Clock, mut progress: impl FnMut(String)) -> Result<Report> {
+    let demands = arguments.demands().len();
+    ensure!(
+        arguments.churn.is_none() || arguments.clients as usize > demands,
+        "clients is {}, must be above {demands} where some leave: the first of each demand stays",
+        arguments.clients
+    );
     let (uri, host, port) = stream_uri(&arguments.url)
         .with_context(|| format!("url is {:?}, must be like http://host:port", arguments.url))?;
     let each = if arguments.link.is_some() { FILES_OVER_A_LINK } else { 1 };
@@ -82,7 +95,18 @@ pub async fn run(arguments: &LoadArguments, clock: Clock, mut progress: impl FnM
         clock,
     };
     let watched = Watched::Server { address, host: at.host.clone() };
-    let (load, outcomes) = at.go(arguments, arguments.plans(), &watched, arguments.calibrate, &mut progress).await;
+    let wind = match arguments.wind_every {
+        Some(every_s) => Some((Wind::find(address, &at.host, &keeper.hello.scene).await?, every_s)),
+        None => None,
+    };
+    let course = Course {
+        plans: arguments.plans(),
+        ramp_s: arguments.ramp_s(),
+        base: arguments.calibrate.then_some(demands),
+        churn: arguments.churn,
+        wind,
+    };
+    let (load, outcomes) = at.go(arguments, course, &watched, &mut progress).await;
     let calibration = if arguments.calibrate {
         let calibrator = Calibrator::start(&keeper.hello, clock, &outcomes)?;
         let link = match arguments.link {
@@ -101,7 +125,9 @@ pub async fn run(arguments: &LoadArguments, clock: Clock, mut progress: impl FnM
         }
         let watched = Watched::Process(calibrator.id());
         let mut progress = |line: String| progress(format!("calibrating, {line}"));
-        let (findings, _) = at.go(arguments, plans, &watched, true, &mut progress).await;
+        // Nor does any leave: the ceiling is that of clients who stay.
+        let course = Course { plans, ramp_s: arguments.ramp_s(), base: Some(demands), churn: None, wind: None };
+        let (findings, _) = at.go(arguments, course, &watched, &mut progress).await;
         let ratio = |of: fn(&ServerCost) -> Option<f64>| Some(of(&load.server)? / of(&findings.server)?);
         Some(Calibration {
             ratio: ratio(|cost| cost.bytes_per_cpu_second),
@@ -111,7 +137,7 @@ pub async fn run(arguments: &LoadArguments, clock: Clock, mut progress: impl FnM
     } else {
         None
     };
-    let mut why = load.shortcomings(arguments.tolerate);
+    let mut why = load.shortcomings(arguments.tolerate, arguments.flat);
     why.extend(keeper.closed().map(|closed| format!("the connection that keeps the time ended: {closed}")));
     Ok(Report {
         url: arguments.url.clone(),
@@ -140,12 +166,10 @@ impl At {
     async fn go(
         &self,
         arguments: &LoadArguments,
-        plans: Vec<Plan>,
+        course: Course,
         watched: &Watched,
-        base: bool,
         progress: &mut impl FnMut(String),
     ) -> (Findings, Vec<sight::Outcome>) {
-        let ramp_s = arguments.ramp_s();
         let (stop, stopped) = watch::channel(false);
         let stage = Arc::new(Stage {
             clock: self.clock,
@@ -155,10 +179,9 @@ impl At {
             offset_us: Arc::clone(&self.offset_us),
             stop: stopped,
             settled: AtomicUsize::new(0),
-            ledger: Ledger::new(self.clock.now_us(), arguments.seconds, ramp_s + arguments.seconds),
+            turnover: Turnover::default(),
+            ledger: Ledger::new(self.clock.now_us(), arguments.seconds, course.ramp_s + arguments.seconds),
         });
-        let base = base.then(|| arguments.demands().len());
-        let course = Course { plans, ramp_s, base };
         let crowd = crowd::run(Arc::clone(&stage), stop, course, watched, progress).await;
         let findings = Findings::of(&crowd, &stage, arguments.clients as usize);
         (findings, crowd.outcomes)

@@ -111,6 +111,8 @@ pub struct Figures {
     pub sent_bytes: Option<f64>,
     /// Times that a client was moved to the newest frames.
     pub jumps: Option<f64>,
+    /// Ticks that it made.
+    pub steps: Option<f64>,
     /// Ticks that it passed over, too slow.
     pub skipped: Option<f64>,
 }
@@ -171,6 +173,7 @@ impl Figures {
             clients: value("swellcast_clients"),
             sent_bytes: value("swellcast_frame_bytes_sent_total"),
             jumps: value("swellcast_client_jumps_total"),
+            steps: value("swellcast_steps_total"),
             skipped: value("swellcast_frames_skipped_total"),
         }
     }

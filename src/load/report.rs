@@ -2,11 +2,16 @@
 
 use serde::Serialize;
 
+use super::churn::Churned;
 use super::crowd::{Crowd, Sample};
 use super::figures::{Histogram, Percentiles, Row};
+use super::growth::growth;
 use super::sight::{Faults, Outcome};
 use super::stage::Stage;
 use super::viewer::Manner;
+use super::wind::WindChanges;
+
+const MIB: f64 = 1048576.0;
 
 /// Everything found.
 #[derive(Clone, Debug, Serialize)]
@@ -46,6 +51,8 @@ pub struct Findings {
     pub steady: Group,
     pub slow: Option<Group>,
     pub stalled: Option<Stalled>,
+    pub churned: Option<Churned>,
+    pub wind: Option<WindChanges>,
     pub decoded: u64,
     pub received_mbps: f64,
     pub round_trip_ms: Option<Percentiles>,
@@ -80,6 +87,8 @@ pub struct Group {
     pub age_ms: Option<Percentiles>,
     pub late: u64,
     pub late_share: f64,
+    pub coarser: u64,
+    pub coarser_share: f64,
     pub gaps: u64,
     pub gap_share: f64,
     pub faults: Faults,
@@ -105,9 +114,13 @@ pub struct ServerCost {
     /// Cores with the first client of each demand alone.
     pub base_cpu: Option<f64>,
     pub resident_mib: Option<f64>,
+    /// From the median of the window's second quarter to that of its last.
+    pub growth_mib: Option<f64>,
     pub clients: Option<f64>,
     pub jumps: Option<f64>,
     pub skipped_ticks: Option<f64>,
+    /// Of the ticks that were due.
+    pub skipped_share: Option<f64>,
     pub bytes_per_cpu_second: Option<f64>,
     pub fan_out_bytes_per_cpu_second: Option<f64>,
 }
@@ -154,13 +167,18 @@ impl Findings {
         let at_end = at_end.unwrap_or_default();
         let begin = crowd.samples.iter().find(|sample| sample.row >= first).map(|sample| sample.server);
         let grown = |of: fn(&super::monitor::Figures) -> Option<f64>| Some(of(&at_end)? - of(&begin?)?);
+        let (made, skipped_ticks) = (grown(|figures| figures.steps), grown(|figures| figures.skipped));
+        let sampled = |row| crowd.samples.iter().find(|sample| sample.row == row);
+        let resident: Vec<_> = (first..end).map(|row| sampled(row)?.server.resident_bytes).collect();
         let server = ServerCost {
             cpu,
             base_cpu,
-            resident_mib: at_end.resident_bytes.map(|bytes| bytes / f64::from(1 << 20)),
+            resident_mib: at_end.resident_bytes.map(|bytes| bytes / MIB),
+            growth_mib: growth(&resident).map(|bytes| bytes / MIB),
             clients: at_end.clients,
             jumps: grown(|figures| figures.jumps),
-            skipped_ticks: grown(|figures| figures.skipped),
+            skipped_ticks,
+            skipped_share: made.zip(skipped_ticks).map(|(made, skipped)| skipped / (made + skipped).max(1.0)),
             bytes_per_cpu_second: cpu.filter(|cpu| *cpu > 0.0).map(|cpu| per_second / cpu),
             fan_out_bytes_per_cpu_second: cpu
                 .zip(base_cpu)
@@ -183,13 +201,15 @@ impl Findings {
             steady: Group::of(&steady, wanted, &window.ages, seconds),
             slow: (!slow.is_empty()).then(|| Group::of(&slow, slow.len(), &slow_ages, seconds)),
             stalled: (!stalled.is_empty()).then(|| Stalled::of(&stalled)),
+            churned: crowd.churned,
+            wind: crowd.wind.clone(),
             client_mbps,
         }
     }
 
-    /// Why this is not good enough; empty when it is.
-    pub fn shortcomings(&self, tolerated: f64) -> Vec<String> {
-        let Group { clients, stayed, late_share, gap_share, faults, ended, .. } = &self.steady;
+    /// Why this is not good enough; empty when it is. `flat`: MiB by which the server's memory may grow.
+    pub fn shortcomings(&self, tolerated: f64, flat: Option<f64>) -> Vec<String> {
+        let Group { clients, stayed, late_share, coarser_share, gap_share, faults, ended, .. } = &self.steady;
         let mut why = Vec::new();
         if stayed < clients {
             let most = ended.first().map_or("they didn't end".to_owned(), |(why, _)| why.clone());
@@ -204,10 +224,27 @@ impl Findings {
         if self.steady.frames == 0 {
             why.push("no frame came".to_owned());
         }
-        for (share, what) in [(late_share, "late"), (gap_share, "missing")] {
+        for (share, what) in [(late_share, "late"), (coarser_share, "coarser than asked for"), (gap_share, "missing")] {
             if *share > tolerated {
                 why.push(format!("{:.3} % of frames were {what}, tolerated are {:.3} %", share * 1e2, tolerated * 1e2));
             }
+        }
+        if let Some(share) = self.server.skipped_share.filter(|share| *share > tolerated) {
+            let (share, tolerated) = (share * 1e2, tolerated * 1e2);
+            why.push(format!("{share:.3} % of ticks were skipped by the server, tolerated are {tolerated:.3} %"));
+        }
+        if let Some(Churned { told, left, came }) = self.churned.filter(|churned| churned.came < churned.told) {
+            why.push(format!("{told} clients were told to leave, {left} did, {came} came in their place"));
+        }
+        if let Some(WindChanges { accepted, failed, first_failure: Some(first) }) = &self.wind {
+            why.push(format!("{failed} of {} changes of wind failed: {first}", accepted + failed));
+        }
+        match (flat, self.server.growth_mib) {
+            (Some(most), Some(grown)) if grown > most => {
+                why.push(format!("the server's memory grew by {grown:.1} MiB, at most {most:.1} may be"));
+            }
+            (Some(_), None) => why.push("whether the server's memory grows is not known".to_owned()),
+            _ => {}
         }
         why
     }
@@ -224,7 +261,8 @@ impl Group {
         ended.sort_by_key(|(_, times)| std::cmp::Reverse(*times));
         let mut each: Vec<u64> = outcomes.iter().map(|outcome| outcome.measured_bytes).collect();
         each.sort_unstable();
-        let (frames, late) = (sum(|o| o.measured_frames), sum(|o| o.measured_late));
+        let [frames, late] = [sum(|o| o.measured_frames), sum(|o| o.measured_late)];
+        let coarser = sum(|o| o.measured_coarser);
         let (bytes, gaps, came) = (sum(|o| o.measured_bytes), sum(|o| o.gaps), sum(|o| o.came));
         let mbps = |bytes: u64| bytes as f64 * 8e-6 / seconds;
         Self {
@@ -238,6 +276,8 @@ impl Group {
             age_ms: ages.percentiles(),
             late,
             late_share: late as f64 / frames.max(1) as f64,
+            coarser,
+            coarser_share: coarser as f64 / frames.max(1) as f64,
             gaps,
             gap_share: gaps as f64 / (gaps + came).max(1) as f64,
             faults,
@@ -281,7 +321,7 @@ fn over_time(crowd: &Crowd, row_s: f64) -> Vec<ReportRow> {
             age_p50_ms: row.ages.percentile_ms(0.5),
             age_p99_ms: row.ages.percentile_ms(0.99),
             server_cpu,
-            server_mib: sample.and_then(|sample| sample.server.resident_bytes).map(|b| b / f64::from(1 << 20)),
+            server_mib: sample.and_then(|sample| sample.server.resident_bytes).map(|bytes| bytes / MIB),
             own_cpu,
             machine_cpu,
         }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
 
 use super::figures::{Continuity, Histogram, Row};
 use super::reader::{BadFrame, Head};
@@ -15,7 +16,7 @@ use crate::wire::{
 /// Samples of one moment that a client which decodes keeps for predictions: nine channels of three patches of 1024.
 const MOST_SAMPLES: usize = 1 << 25;
 
-/// What a client counted, from its first frame to its last; what `measured_` names, in the window alone.
+/// What a client counted, and those that it replaced, from its first frame to its last; what `measured_` names, in the window alone.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// How it behaved.
@@ -30,6 +31,8 @@ pub struct Outcome {
     pub measured_bytes: u64,
     /// Those of them that were late.
     pub measured_late: u64,
+    /// Those of them that were of a coarser level than granted, as the server had said.
+    pub measured_coarser: u64,
     /// The oldest of them, microseconds.
     pub measured_worst_us: i64,
     /// Different frames that came.
@@ -97,10 +100,11 @@ pub struct Noted {
     pub bytes: u64,
 }
 
-/// A unit that was granted.
+/// A unit that was granted, or what comes in its place.
 #[derive(Debug)]
 struct Flow {
     interval: i64,
+    coarser: bool,
     tiles: BTreeMap<[u16; 2], (Continuity, Option<Noted>)>,
 }
 
@@ -112,10 +116,14 @@ pub struct Sight {
     decoder: Decoder,
     hello: Option<Box<Hello>>,
     epoch: u64,
-    /// By cascade, level, class and group.
+    /// By cascade, level, class and group, with the interval.
+    granted: Vec<([u8; 4], i64)>,
+    /// By the same.
     flows: BTreeMap<[u8; 4], Flow>,
     subscriptions: u64,
     settled: bool,
+    /// It came in the place of one that left, and has no subscription yet.
+    replaces: bool,
     /// A stalled client: it has its subscription and stops reading.
     stalls: bool,
     woke_us: Option<i64>,
@@ -135,6 +143,7 @@ impl Sight {
             measured_frames: 0,
             measured_bytes: 0,
             measured_late: 0,
+            measured_coarser: 0,
             measured_worst_us: 0,
             came: 0,
             gaps: 0,
@@ -153,9 +162,11 @@ impl Sight {
             decoder: Decoder::new(MOST_SAMPLES),
             hello: None,
             epoch: 0,
+            granted: Vec::new(),
             flows: BTreeMap::new(),
             subscriptions: 0,
             settled: false,
+            replaces: false,
             stalls: false,
             woke_us: None,
             row: 0,
@@ -168,11 +179,24 @@ impl Sight {
         &self.plan
     }
 
-    /// A new connection begins; what was held is forgotten.
+    /// A new connection begins; what was held is forgotten, but for what it counts.
     pub fn connect_anew(&mut self) {
         (self.hello, self.stalls) = (None, false);
         self.decoder = Decoder::new(MOST_SAMPLES);
-        self.flows.clear();
+        let flows = std::mem::take(&mut self.flows);
+        self.close_books(flows);
+    }
+
+    /// It left as it was told to, and another takes its place.
+    pub fn give_place(&mut self) {
+        self.stage.turnover.left.fetch_add(1, Relaxed);
+        (self.outcome.subscribed, self.replaces) = (false, true);
+        self.connect_anew();
+    }
+
+    /// Whether it was granted its subscription.
+    pub fn is_granted(&self) -> bool {
+        self.outcome.subscribed
     }
 
     /// Whether it has just been granted what it will not read; once a connection.
@@ -200,6 +224,8 @@ impl Sight {
         match ServerMessage::parse(text) {
             Ok(Some(ServerMessage::Hello(hello))) => return self.greet(hello).map(Some),
             Ok(Some(ServerMessage::Subscribed(granted))) => self.subscribed(&granted),
+            // Fewer frames are gaps in what was granted.
+            Ok(Some(ServerMessage::Quality(quality))) => self.flow_at(quality.coarser),
             Ok(Some(ServerMessage::Time(answer))) => {
                 if self.stage.ledger.measures(self.stage.ledger.row(now_us)) {
                     self.outcome.round_trips.add(now_us - answer.t0 as i64);
@@ -227,19 +253,36 @@ impl Sight {
     }
 
     fn subscribed(&mut self, granted: &Subscribed) {
-        let mut held = std::mem::take(&mut self.flows);
-        for UnitRate { unit, rate_hz } in &granted.units {
+        let unit = |UnitRate { unit, rate_hz }: &UnitRate| {
             let UnitName { cascade, level, class, group, .. } = unit;
-            let key = [*cascade, *level, class.id(), group.id()];
             let interval = TICKS_PER_SECOND / i64::from(rate_hz.unwrap_or(granted.rate_hz).max(1));
-            // What goes on flows without a gap.
-            let flow = held.remove(&key).filter(|flow| flow.interval == interval);
-            self.flows.insert(key, flow.unwrap_or_else(|| Flow { interval, tiles: BTreeMap::new() }));
-        }
-        self.close_books(held);
+            ([*cascade, *level, class.id(), group.id()], interval)
+        };
+        self.granted = granted.units.iter().map(unit).collect();
+        self.flow_at(0);
         self.stalls = matches!(self.plan.manner, Manner::Stalled(_)) && self.woke_us.is_none();
         self.outcome.subscribed = true;
+        if std::mem::take(&mut self.replaces) {
+            self.stage.turnover.came.fetch_add(1, Relaxed);
+        }
         self.settle();
+    }
+
+    /// Each unit comes so many levels coarser than granted, where its cascade has so many.
+    fn flow_at(&mut self, coarser: u8) {
+        let mut held = std::mem::take(&mut self.flows);
+        let cascades = self.hello.iter().flat_map(|hello| &hello.layout.cascades);
+        let levels: BTreeMap<u8, u8> = cascades.map(|cascade| (cascade.index, cascade.levels)).collect();
+        for ([cascade, level, class, group], interval) in self.granted.clone() {
+            let coarsest = levels.get(&cascade).map_or(level, |levels| levels.saturating_sub(1)).max(level);
+            let sent = level.saturating_add(coarser).min(coarsest);
+            let key = [cascade, sent, class, group];
+            // What goes on flows without a gap.
+            let flow = held.remove(&key).filter(|flow| flow.interval == interval);
+            let new = || Flow { interval, coarser: sent > level, tiles: BTreeMap::new() };
+            self.flows.insert(key, flow.unwrap_or_else(new));
+        }
+        self.close_books(held);
     }
 
     fn settle(&mut self) {
@@ -303,6 +346,7 @@ impl Sight {
             self.outcome.measured_frames += 1;
             self.outcome.measured_bytes += bytes as u64;
             self.outcome.measured_late += u64::from(late);
+            self.outcome.measured_coarser += u64::from(flow.coarser);
             self.outcome.measured_worst_us = self.outcome.measured_worst_us.max(age_us);
         }
     }

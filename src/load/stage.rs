@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use tokio::sync::watch;
 
+use super::churn::Turnover;
 use super::figures::{Histogram, Row};
 use crate::engine::Clock;
 
@@ -29,6 +30,8 @@ pub struct Stage {
     pub stop: watch::Receiver<bool>,
     /// Clients that were granted their subscription, or gave up.
     pub settled: AtomicUsize,
+    /// Clients that left and were replaced.
+    pub turnover: Turnover,
     /// The books.
     pub ledger: Ledger,
 }

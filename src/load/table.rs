@@ -31,6 +31,7 @@ impl Report {
                 ("frames", steady.frames.to_string()),
                 ("age p50 / p99 / p99.9 / max, ms", ages(steady.age_ms)),
                 ("late", share(steady.late, steady.late_share)),
+                ("coarser than asked for", share(steady.coarser, steady.coarser_share)),
                 ("gaps", share(steady.gaps, steady.gap_share)),
                 ("wrong messages", steady.faults.total().to_string()),
                 ("decoded in full", findings.decoded.to_string()),
@@ -40,11 +41,22 @@ impl Report {
                     stalled.map_or("-".to_owned(), |s| format!("{}, {}, {}", s.clients, s.woke, s.live_again))
                 }),
                 ("live again after p50 / p99 / p99.9 / max, ms", ages(stalled.and_then(|s| s.live_again_ms))),
-                ("ticks skipped by the server", number(server.skipped_ticks, 0)),
+                ("clients that left, that came in their place", {
+                    findings.churned.map_or("-".to_owned(), |churned| format!("{}, {}", churned.left, churned.came))
+                }),
+                ("changes of wind, accepted, failed", {
+                    let wind = findings.wind.as_ref();
+                    wind.map_or("-".to_owned(), |wind| format!("{}, {}", wind.accepted, wind.failed))
+                }),
+                ("ticks skipped by the server", {
+                    let of_all = server.skipped_share.map(|share| format!(" ({:.4} %)", share * 1e2));
+                    number(server.skipped_ticks, 0) + &of_all.unwrap_or_default()
+                }),
                 ("clients moved to the newest frames", number(server.jumps, 0)),
                 ("server CPU, cores", number(server.cpu, 2)),
                 ("server CPU without the crowd, cores", number(server.base_cpu, 2)),
                 ("server memory, MiB", number(server.resident_mib, 0)),
+                ("... grew from second to last quarter by", number(server.growth_mib, 1)),
                 ("MB per server CPU second", number(server.bytes_per_cpu_second.map(|bytes| bytes / 1e6), 0)),
                 ("... of fan-out alone", number(server.fan_out_bytes_per_cpu_second.map(|bytes| bytes / 1e6), 0)),
                 ("CPU of the load test, cores", number(findings.own_cpu, 2)),

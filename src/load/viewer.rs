@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use tokio::net::{TcpSocket, TcpStream};
+use tokio::sync::mpsc::Receiver;
 use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
 
 use super::reader::{Message, StreamReader, client_frame, client_text};
@@ -25,6 +26,8 @@ const SIP: usize = 16 << 10;
 const MOST_ANSWER: usize = 64 << 10;
 /// How long connecting and the upgrade may take together.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// How long the server may take to answer a close, microseconds.
+const FAREWELL_US: i64 = 5_000_000;
 /// A client asks for the time this often, as a real one does.
 const BEAT: Duration = Duration::from_secs(1);
 /// A client that never wakes comes back after this long, since the server has let it go by then, microseconds.
@@ -64,25 +67,29 @@ enum Left {
     Over,
     /// To come back: a stalled client that was given up.
     Again,
+    /// To be replaced: it was told to leave, and did.
+    Replaced,
     Ended(String),
 }
 
-/// Watches until the load is over or the connection ends.
-pub async fn view(plan: Plan, stage: Arc<Stage>) -> Outcome {
+/// Watches until the load is over or the connection ends. At each of its `turns` it leaves, and another with the same
+/// plan comes in its place.
+pub async fn view(plan: Plan, stage: Arc<Stage>, mut turns: Receiver<()>) -> Outcome {
     let mut sight = Sight::new(plan, Arc::clone(&stage));
     loop {
-        match one(&mut sight, &stage).await {
+        match one(&mut sight, &stage, &mut turns).await {
             Left::Again => sight.connect_anew(),
+            Left::Replaced => sight.give_place(),
             Left::Over => return sight.finish(None),
             Left::Ended(why) => return sight.finish(Some(why)),
         }
     }
 }
 
-async fn one(sight: &mut Sight, stage: &Stage) -> Left {
+async fn one(sight: &mut Sight, stage: &Stage, turns: &mut Receiver<()>) -> Left {
     let opened = timeout(PATIENCE, open(stage, sight.plan().manner)).await;
     match opened.unwrap_or_else(|_| Err("connecting takes more than 10 s".to_owned())) {
-        Ok((stream, unread)) => Viewer::new(sight, stream).watch(stage, &unread).await,
+        Ok((stream, unread)) => Viewer::new(sight, stream).watch(stage, turns, &unread).await,
         Err(why) => Left::Ended(why),
     }
 }
@@ -134,6 +141,11 @@ fn unless_blocked(result: io::Result<usize>) -> io::Result<Option<usize>> {
     }
 }
 
+/// Waits until a time of ours.
+async fn until_us(stage: &Stage, us: i64) {
+    sleep(Duration::from_micros((us - stage.clock.now_us()).max(0) as u64)).await;
+}
+
 struct Viewer<'a> {
     sight: &'a mut Sight,
     stream: TcpStream,
@@ -142,15 +154,19 @@ struct Viewer<'a> {
     out: Vec<u8>,
     /// Nothing is read before this time of ours.
     read_from_us: i64,
+    /// It has closed; the server's answer to that must come by this time of ours.
+    leaves_by_us: Option<i64>,
+    /// That answer came.
+    answered: bool,
 }
 
 impl<'a> Viewer<'a> {
     fn new(sight: &'a mut Sight, stream: TcpStream) -> Self {
         let reader = StreamReader::new(sight.plan().decodes);
-        Self { sight, stream, reader, out: Vec::new(), read_from_us: 0 }
+        Self { sight, stream, reader, out: Vec::new(), read_from_us: 0, leaves_by_us: None, answered: false }
     }
 
-    async fn watch(&mut self, stage: &Stage, unread: &[u8]) -> Left {
+    async fn watch(&mut self, stage: &Stage, turns: &mut Receiver<()>, unread: &[u8]) -> Left {
         let mut stop = stage.stop.clone();
         let mut beat = interval(BEAT);
         beat.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -167,19 +183,27 @@ impl<'a> Viewer<'a> {
                 biased;
                 // An error: whoever could stop us is gone.
                 _ = stop.wait_for(|stop| *stop) => break,
-                () = sleep(Duration::from_micros((self.read_from_us - stage.clock.now_us()).max(0) as u64)), if asleep => {
+                () = until_us(stage, self.read_from_us), if asleep => {
                     if stalled && !self.wake(stage.clock.now_us()) {
                         return Left::Again;
                     }
                 }
-                _ = beat.tick(), if !stalled => {
+                // What is on its way to it until the server answers counts as ever. The others' channels are closed.
+                Some(()) = turns.recv(), if self.sight.is_granted() && self.leaves_by_us.is_none() => {
+                    self.out.extend(client_frame(8, &1000u16.to_be_bytes()));
+                    self.leaves_by_us = Some(stage.clock.now_us() + FAREWELL_US);
+                }
+                () = until_us(stage, self.leaves_by_us.unwrap_or_default()), if self.leaves_by_us.is_some() => {
+                    return Left::Ended("the server doesn't answer a close for 5 s".to_owned());
+                }
+                _ = beat.tick(), if !stalled && self.leaves_by_us.is_none() => {
                     if let Some(request) = self.sight.ask_time(stage.clock.now_us()) {
                         self.out.extend(client_text(&request));
                     }
                 }
                 ready = self.stream.readable(), if !asleep => {
                     if let Err(why) = ready.map_err(|e| e.to_string()).and_then(|()| self.read(stage)) {
-                        return Left::Ended(why);
+                        return if self.answered { Left::Replaced } else { Left::Ended(why) };
                     }
                 }
                 _ = self.stream.writable(), if !self.out.is_empty() => {}
@@ -227,6 +251,7 @@ impl<'a> Viewer<'a> {
 
     fn take(&mut self, bytes: &[u8], now_us: i64) -> Result<(), String> {
         let (sight, out, read_from_us) = (&mut *self.sight, &mut self.out, &mut self.read_from_us);
+        let (leaves, answered) = (self.leaves_by_us.is_some(), &mut self.answered);
         let mut ended = Ok(());
         let read = self.reader.feed(bytes, |message| match message {
             Message::Text(text) => match sight.text(text, now_us) {
@@ -236,8 +261,10 @@ impl<'a> Viewer<'a> {
             },
             Message::Frame(head, bytes, whole) => sight.frame(&head, bytes, whole, now_us),
             Message::Bad(bad) => sight.bad(bad),
+            // Behind a close nothing may be said.
+            Message::Ping(_) if leaves => {}
             Message::Ping(data) => out.extend(client_frame(10, data)),
-            Message::Close(code) => ended = Err(format!("the server closed with {code}")),
+            Message::Close(code) => (*answered, ended) = (leaves, Err(format!("the server closed with {code}"))),
         });
         if let Manner::Stalled(wakes) = sight.plan().manner
             && sight.begins_to_stall()

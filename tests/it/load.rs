@@ -1,5 +1,7 @@
 //! Laws of the load test: it counts what came, calls wrong what is wrong, and its link and figures do what they say.
 
+mod soak;
+
 use std::net::SocketAddr;
 use std::process::{Command, Output};
 use std::time::Duration;
@@ -120,6 +122,7 @@ async fn bad_usage_and_an_absent_server_are_told_apart() {
         ("load --url http://127.0.0.1:1 --mix 1:2", 2),
         ("load --url http://127.0.0.1:1 --link jitter=5", 2),
         ("load --url http://127.0.0.1:1 --groups foam,froth", 2),
+        ("load --url http://127.0.0.1:1 --churn 0", 2),
         ("load --url http://127.0.0.1:1", 1),
         ("load --url ftp://127.0.0.1:1", 1),
         ("load --url http://127.0.0.1:1 --clients 1000000", 1),
