@@ -1,34 +1,41 @@
-//! One plain request to a server's HTTP side: small answers, no connection kept.
+//! One plain request to a server's HTTP side: a small answer, and a connection of its own.
 
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
+use tokio::net::{TcpStream, ToSocketAddrs};
 use tokio::time::timeout;
 
-/// How long an answer may take.
+/// How long an answer may take. Building a change of a large sea takes seconds on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Largest answer taken.
 const MOST_ANSWER: u64 = 16 << 20;
 
-/// Asks for a path of the server at `address` (host and port); gives the status and the body.
+/// Asks a server that is called `host`; gives the status and the body of its answer.
 ///
 /// # Errors
 /// When there is no connection, no answer in time, or something that is none.
-pub async fn get(address: &str, path: &str) -> Result<(u16, String)> {
+pub async fn exchange(
+    address: impl ToSocketAddrs,
+    host: &str,
+    method: &str,
+    path: &str,
+    body: &str,
+) -> Result<(u16, String)> {
+    let request = format!(
+        "{method} {path} HTTP/1.1\r\nhost: {host}\r\nconnection: close\r\ncontent-length: {}\r\n\r\n{body}",
+        body.len()
+    );
     let exchange = async {
-        let mut stream = TcpStream::connect(address).await.with_context(|| format!("can't connect to {address}"))?;
-        let request = format!("GET {path} HTTP/1.1\r\nhost: {address}\r\nconnection: close\r\n\r\n");
+        let mut stream = TcpStream::connect(address).await?;
         stream.write_all(request.as_bytes()).await?;
         let mut answer = String::new();
         stream.take(MOST_ANSWER).read_to_string(&mut answer).await?;
-        let (head, body) = answer.split_once("\r\n\r\n").context("the server's answer is no HTTP")?;
-        let status = head.split(' ').nth(1).and_then(|status| status.parse().ok());
-        Ok((status.context("the server's answer has no status")?, body.to_owned()))
+        std::io::Result::Ok(answer)
     };
-    match timeout(PATIENCE, exchange).await {
-        Ok(done) => done,
-        Err(_) => bail!("{address} does not answer {path} within 10 s"),
-    }
+    let answer = timeout(PATIENCE, exchange).await.with_context(|| format!("{host} doesn't answer for 10 s"))??;
+    let (head, body) = answer.split_once("\r\n\r\n").context("the answer has no end of its head")?;
+    let status = head.split(' ').nth(1).and_then(|status| status.parse().ok());
+    Ok((status.context("the answer has no status")?, body.to_owned()))
 }

@@ -17,6 +17,7 @@ mod surface;
 mod watch;
 
 pub(crate) use connection::stream_uri;
+pub(crate) use http::exchange;
 
 pub use choice::{Choice, cascades, class, codec, group};
 pub use clock::{Exchange, SharedClock};

@@ -12,7 +12,7 @@ use tokio::time::{MissedTickBehavior, interval};
 
 use super::choice::Choice;
 use super::connection::{Connection, Event, stream_uri};
-use super::http;
+use super::http::exchange;
 use crate::recording::{Preface, RecordingWriter, Taken};
 use crate::wire::{Hello, Subscribed, TICKS_PER_SECOND, UnitName, WireChange, lead_of};
 
@@ -143,7 +143,7 @@ impl Tape {
         let (_, host, port) = stream_uri(&arguments.url).context("the URL was good until now")?;
         let address = format!("{host}:{port}");
         let json = async |path: String| -> Result<Value> {
-            let (status, body) = http::get(&address, &path).await?;
+            let (status, body) = exchange(&address, &address, "GET", &path, "").await?;
             ensure!(status == 200, "{address} answers {path} with {status}: {body}");
             serde_json::from_str(&body).with_context(|| format!("{path} of {address} is no JSON"))
         };

@@ -50,11 +50,6 @@ impl Calibrator {
         let address = line.trim().parse().with_context(|| format!("the calibrator says {line:?}"))?;
         Ok(Self { process, _input: input, address })
     }
-
-    /// Its process.
-    pub fn id(&self) -> u32 {
-        self.process.id()
-    }
 }
 
 impl Drop for Calibrator {

@@ -43,7 +43,7 @@ pub struct Course {
 }
 
 /// What was sampled at the beginning of a row.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Sample {
     /// The row.
     pub row: i64,

@@ -4,6 +4,7 @@
 //! client does, by its page, and no more of the server than what `/metrics` says.
 
 mod arguments;
+mod buckets;
 mod calibrate;
 mod calibrator;
 mod churn;
@@ -30,6 +31,7 @@ use anyhow::{Context, Result, ensure};
 use tokio::sync::watch;
 
 pub use arguments::LoadArguments;
+pub use buckets::Shares;
 pub use calibrate::SUBCOMMAND as CALIBRATOR;
 pub use calibrator::calibrator;
 pub use churn::Churned;
@@ -94,7 +96,7 @@ pub async fn run(arguments: &LoadArguments, clock: Clock, mut progress: impl FnM
         offset_us: Arc::clone(&keeper.offset_us),
         clock,
     };
-    let watched = Watched::Server { address, host: at.host.clone() };
+    let watched = Watched { address, host: at.host.clone() };
     let wind = match arguments.wind_every {
         Some(every_s) => Some((Wind::find(address, &at.host, &keeper.hello.scene).await?, every_s)),
         None => None,
@@ -123,7 +125,7 @@ pub async fn run(arguments: &LoadArguments, clock: Clock, mut progress: impl FnM
         for plan in &mut plans {
             (plan.decodes, plan.choice.codec) = (false, Codec::I16);
         }
-        let watched = Watched::Process(calibrator.id());
+        let watched = Watched { address: calibrator.address, host: at.host.clone() };
         let mut progress = |line: String| progress(format!("calibrating, {line}"));
         // Nor does any leave: the ceiling is that of clients who stay.
         let course = Course { plans, ramp_s: arguments.ramp_s(), base: Some(demands), churn: None, wind: None };

@@ -7,22 +7,18 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
 
-use crate::client::{Connection, Event};
+use super::buckets::Buckets;
+use crate::client::{Connection, Event, exchange};
 use crate::engine::Clock;
-use crate::server::Usage;
 use crate::wire::Hello;
 
-/// How long the server's first messages, or its figures, may take.
+/// How long the server's first messages may take.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// After so long the clock has its first good exchanges.
 const SETTLING: Duration = Duration::from_millis(2500);
-/// Largest page of figures.
-const MOST_PAGE: u64 = 1 << 20;
 
 /// The connection that keeps the shared clock.
 #[derive(Debug)]
@@ -99,7 +95,7 @@ impl Drop for Timekeeper {
 }
 
 /// Figures of a server at one moment; what it doesn't say is absent.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Figures {
     /// Seconds of processor since it began.
     pub cpu_seconds: Option<f64>,
@@ -115,49 +111,25 @@ pub struct Figures {
     pub steps: Option<f64>,
     /// Ticks that it passed over, too slow.
     pub skipped: Option<f64>,
+    /// From frames that are ready to their last byte with the system.
+    pub sending: Buckets,
 }
 
-/// Whose figures are read.
+/// A server whose figures are read from its `/metrics`.
 #[derive(Clone, Debug)]
-pub enum Watched {
-    /// A server, by its `/metrics`.
-    Server {
-        /// Where it is.
-        address: SocketAddr,
-        /// What it is called.
-        host: String,
-    },
-    /// A process of this machine.
-    Process(u32),
+pub struct Watched {
+    /// Where it is.
+    pub address: SocketAddr,
+    /// What it is called.
+    pub host: String,
 }
 
 impl Watched {
     /// Its figures now; all absent when it doesn't answer.
     pub async fn figures(&self) -> Figures {
-        match self {
-            Self::Server { address, host } => {
-                let page = timeout(PATIENCE, page(*address, host)).await;
-                page.ok().and_then(std::io::Result::ok).map(|page| Figures::parse(&page)).unwrap_or_default()
-            }
-            Self::Process(id) => {
-                let usage = Usage::of_process(*id);
-                Figures {
-                    cpu_seconds: usage.map(|usage| usage.cpu_seconds),
-                    resident_bytes: usage.map(|usage| usage.resident_bytes as f64),
-                    ..Figures::default()
-                }
-            }
-        }
+        let page = exchange(self.address, &self.host, "GET", "/metrics", "").await;
+        page.map(|(_, page)| Figures::parse(&page)).unwrap_or_default()
     }
-}
-
-async fn page(address: SocketAddr, host: &str) -> std::io::Result<String> {
-    let mut stream = TcpStream::connect(address).await?;
-    let request = format!("GET /metrics HTTP/1.1\r\nhost: {host}\r\nconnection: close\r\n\r\n");
-    stream.write_all(request.as_bytes()).await?;
-    let mut answer = String::new();
-    stream.take(MOST_PAGE).read_to_string(&mut answer).await?;
-    Ok(answer)
 }
 
 impl Figures {
@@ -175,6 +147,7 @@ impl Figures {
             jumps: value("swellcast_client_jumps_total"),
             steps: value("swellcast_steps_total"),
             skipped: value("swellcast_frames_skipped_total"),
+            sending: Buckets::parse(page, "swellcast_sending_seconds"),
         }
     }
 }

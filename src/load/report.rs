@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::buckets::Shares;
 use super::churn::Churned;
 use super::crowd::{Crowd, Sample};
 use super::figures::{Histogram, Percentiles, Row};
@@ -117,6 +118,8 @@ pub struct ServerCost {
     /// From the median of the window's second quarter to that of its last.
     pub growth_mib: Option<f64>,
     pub clients: Option<f64>,
+    /// From frames that are ready to their last byte with the system.
+    pub sending_ms: Option<Shares>,
     pub jumps: Option<f64>,
     pub skipped_ticks: Option<f64>,
     /// Of the ticks that were due.
@@ -163,10 +166,10 @@ impl Findings {
         let [cpu, own_cpu, machine_cpu] = cpu_between(&crowd.samples, first, end);
         let base_cpu = crowd.base_cpu;
         let per_second = window.bytes as f64 / seconds;
-        let at_end = crowd.samples.iter().find(|sample| sample.row >= end).map(|sample| sample.server);
+        let at_end = crowd.samples.iter().find(|sample| sample.row >= end).map(|sample| sample.server.clone());
         let at_end = at_end.unwrap_or_default();
-        let begin = crowd.samples.iter().find(|sample| sample.row >= first).map(|sample| sample.server);
-        let grown = |of: fn(&super::monitor::Figures) -> Option<f64>| Some(of(&at_end)? - of(&begin?)?);
+        let begin = crowd.samples.iter().find(|sample| sample.row >= first).map(|sample| &sample.server);
+        let grown = |of: fn(&super::monitor::Figures) -> Option<f64>| Some(of(&at_end)? - of(begin?)?);
         let (made, skipped_ticks) = (grown(|figures| figures.steps), grown(|figures| figures.skipped));
         let sampled = |row| crowd.samples.iter().find(|sample| sample.row == row);
         let resident: Vec<_> = (first..end).map(|row| sampled(row)?.server.resident_bytes).collect();
@@ -176,6 +179,7 @@ impl Findings {
             resident_mib: at_end.resident_bytes.map(|bytes| bytes / MIB),
             growth_mib: growth(&resident).map(|bytes| bytes / MIB),
             clients: at_end.clients,
+            sending_ms: begin.and_then(|begin| at_end.sending.since(&begin.sending).shares()),
             jumps: grown(|figures| figures.jumps),
             skipped_ticks,
             skipped_share: made.zip(skipped_ticks).map(|(made, skipped)| skipped / (made + skipped).max(1.0)),

@@ -30,6 +30,9 @@ impl Report {
                 }),
                 ("frames", steady.frames.to_string()),
                 ("age p50 / p99 / p99.9 / max, ms", ages(steady.age_ms)),
+                ("ready to last byte with the system p50 / p99 / p99.9, ms", {
+                    server.sending_ms.map_or("-".to_owned(), |s| format!("{:.2} / {:.2} / {:.2}", s.p50, s.p99, s.p999))
+                }),
                 ("late", share(steady.late, steady.late_share)),
                 ("coarser than asked for", share(steady.coarser, steady.coarser_share)),
                 ("gaps", share(steady.gaps, steady.gap_share)),

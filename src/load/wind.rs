@@ -6,15 +6,11 @@ use std::time::Duration;
 use anyhow::{Context, Result, ensure};
 use serde::Serialize;
 use serde_json::{Value, json};
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
 use tokio::sync::watch;
-use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
+use tokio::time::{MissedTickBehavior, interval, sleep};
 
-/// How long an answer may take. Building a change of a large sea takes seconds on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(10);
-/// Longest answer.
-const MOST_ANSWER: u64 = 1 << 20;
+use crate::client::exchange;
+
 /// The two speeds, as parts of the one that was found.
 const SPEEDS: [f64; 2] = [0.75, 1.3];
 /// How far each change turns the direction, degrees: the wind goes round in nine changes.
@@ -131,23 +127,4 @@ fn words(body: &str) -> String {
     let problem: Option<Value> = serde_json::from_str(body).ok();
     let detail = problem.as_ref().and_then(|problem| problem["detail"].as_str());
     detail.unwrap_or(body).trim().to_owned()
-}
-
-/// One request on a connection of its own; status and body of the answer.
-async fn exchange(address: SocketAddr, host: &str, method: &str, path: &str, body: &str) -> Result<(u16, String)> {
-    let request = format!(
-        "{method} {path} HTTP/1.1\r\nhost: {host}\r\nconnection: close\r\ncontent-length: {}\r\n\r\n{body}",
-        body.len()
-    );
-    let exchange = async {
-        let mut stream = TcpStream::connect(address).await?;
-        stream.write_all(request.as_bytes()).await?;
-        let mut answer = String::new();
-        stream.take(MOST_ANSWER).read_to_string(&mut answer).await?;
-        std::io::Result::Ok(answer)
-    };
-    let answer = timeout(PATIENCE, exchange).await.context("the server doesn't answer for 10 s")??;
-    let (head, body) = answer.split_once("\r\n\r\n").context("the answer has no end of its head")?;
-    let status = head.split(' ').nth(1).and_then(|status| status.parse().ok());
-    Ok((status.context("the answer has no status")?, body.to_owned()))
 }

@@ -17,16 +17,7 @@ pub struct Usage {
 impl Usage {
     /// Of this process.
     pub fn own() -> Option<Self> {
-        Self::of("self")
-    }
-
-    /// Of another process of this machine.
-    pub fn of_process(id: u32) -> Option<Self> {
-        Self::of(&id.to_string())
-    }
-
-    fn of(process: &str) -> Option<Self> {
-        let read = |file: &str| fs::read_to_string(format!("/proc/{process}/{file}")).ok();
+        let read = |file: &str| fs::read_to_string(format!("/proc/self/{file}")).ok();
         Self::parse(&read("stat")?, &read("status")?)
     }
 
