@@ -107,6 +107,10 @@ load *args:
 soak seconds="1800":
     .ci/soak {{seconds}}
 
+# 100 of 1,000 clients stall, in pairs of runs with and without; `just stalled write` puts it into docs/load.md.
+stalled *args:
+    .ci/stalled {{args}}
+
 # Everything, as on a fresh machine.
 ci:
     .ci/run

@@ -16,6 +16,9 @@ const FAREWELL: Duration = Duration::from_secs(2);
 /// The end of a client that does not read what it must know.
 pub const OVERFLOW: End = End::Close(4000, "control messages are not read");
 
+/// The end of a client that takes nothing any more; it reads so if it wakes in time.
+const STALLED: End = End::Close(4001, "frames are not read");
+
 /// The end of a client whose text is none.
 pub const NOT_UTF8: End = End::Close(1007, "text must be UTF-8");
 
@@ -33,6 +36,7 @@ pub fn end_of(error: &Error) -> Option<End> {
     match error {
         Error::PayloadTooLong { .. } => Some(End::Close(1009, "the message is too long")),
         Error::Protocol(ProtocolError::InvalidUtf8) => Some(NOT_UTF8),
+        Error::Io(error) if error.kind() == std::io::ErrorKind::TimedOut => Some(STALLED),
         Error::Protocol(_) => Some(End::Close(1002, "not the WebSocket protocol")),
         _ => None,
     }

@@ -64,6 +64,8 @@ impl Socket {
             ready!(stall.timer.as_mut().poll(cx));
             stall.checks = if stall.written == written { stall.checks + 1 } else { 0 };
             if stall.checks > 1 {
+                // Who says farewell may try once more.
+                self.stall = None;
                 return Poll::Ready(Err(io::Error::new(io::ErrorKind::TimedOut, "the peer takes no bytes")));
             }
             stall.written = written;

@@ -47,7 +47,7 @@ impl Stream {
         if self.flushing
             && let Poll::Ready(result) = self.stream.poll_flush_unpin(cx)
         {
-            result.map_err(|_| None)?;
+            result.map_err(|error| end_of(&error))?;
             (self.flushing, self.pongs, flushed) = (false, 0, true);
         }
         if self.flushing && self.pongs >= PONGS {
