@@ -95,6 +95,10 @@ codec:
 codec-peers seconds="2":
     CARGO_TARGET_DIR=target/peers cargo run --release --manifest-path benches/peers/Cargo.toml --bin codecs -- {{seconds}} docs/codec.md
 
+# Write docs/link.md anew: how well clients keep server time and playback over links that delay, jitter and stall; 95 s.
+link:
+    cargo bench --bench link -- --write
+
 # Write the table of docs/trochoid.md anew.
 trochoid:
     cargo bench --bench trochoid -- --write
