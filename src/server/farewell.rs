@@ -13,11 +13,14 @@ use super::socket::Socket;
 /// How long a close may take.
 const FAREWELL: Duration = Duration::from_secs(2);
 
+/// Most that is read of a client that goes on sending, bytes.
+const MOST_WASTE: usize = 1 << 20;
+
 /// The end of a client that does not read what it must know.
 pub const OVERFLOW: End = End::Close(4000, "control messages are not read");
 
 /// The end of a client that takes nothing any more; it reads so if it wakes in time.
-const STALLED: End = End::Close(4001, "frames are not read");
+pub const STALLED: End = End::Close(4001, "frames are not read");
 
 /// The end of a client whose text is none.
 pub const NOT_UTF8: End = End::Close(1007, "text must be UTF-8");
@@ -36,7 +39,6 @@ pub fn end_of(error: &Error) -> Option<End> {
     match error {
         Error::PayloadTooLong { .. } => Some(End::Close(1009, "the message is too long")),
         Error::Protocol(ProtocolError::InvalidUtf8) => Some(NOT_UTF8),
-        Error::Io(error) if error.kind() == std::io::ErrorKind::TimedOut => Some(STALLED),
         Error::Protocol(_) => Some(End::Close(1002, "not the WebSocket protocol")),
         _ => None,
     }
@@ -57,7 +59,10 @@ pub async fn part(mut stream: WebSocketStream<Socket>, end: Option<End>) {
         socket.shutdown().await.ok()?;
         // Bytes left unread would turn the close into a reset, and the client would never read it.
         let mut waste = vec![0; 4096];
-        while socket.read(&mut waste).await.ok()? > 0 {}
+        let mut wasted = 0;
+        while wasted < MOST_WASTE {
+            wasted += socket.read(&mut waste).await.ok().filter(|read| *read > 0)?;
+        }
         Some(())
     };
     let _ = timeout(FAREWELL, polite).await;

@@ -23,6 +23,9 @@ pub struct Socket {
     unread: Bytes,
     written: u64,
     stall: Option<Stall>,
+    /// A stall is told, and ends nothing here.
+    tells: bool,
+    stalled: bool,
 }
 
 /// One timer per socket that ever had to wait. It runs on through progress, so that a busy socket never resets it.
@@ -36,13 +39,23 @@ struct Stall {
 impl Socket {
     /// Wraps an accepted connection.
     pub fn new(stream: TcpStream, seat: Seat) -> Self {
-        Self { stream, _seat: seat, unread: Bytes::new(), written: 0, stall: None }
+        Self { stream, _seat: seat, unread: Bytes::new(), written: 0, stall: None, tells: false, stalled: false }
     }
 
     /// Puts back bytes that were read past the end of HTTP.
     pub fn unread(mut self, bytes: Bytes) -> Self {
         self.unread = bytes;
         self
+    }
+
+    /// From now on a stall is an error no more: [`Socket::stalled`] tells of it, and whoever asks ends the connection.
+    pub fn tell_of_stalls(&mut self) {
+        self.tells = true;
+    }
+
+    /// The peer has taken nothing for too long.
+    pub fn stalled(&self) -> bool {
+        self.stalled
     }
 
     fn wrote(&mut self, cx: &mut Context<'_>, result: Poll<io::Result<usize>>) -> Poll<io::Result<usize>> {
@@ -64,8 +77,10 @@ impl Socket {
             ready!(stall.timer.as_mut().poll(cx));
             stall.checks = if stall.written == written { stall.checks + 1 } else { 0 };
             if stall.checks > 1 {
-                // Who says farewell may try once more.
-                self.stall = None;
+                self.stalled = true;
+                if self.tells {
+                    return Poll::Pending;
+                }
                 return Poll::Ready(Err(io::Error::new(io::ErrorKind::TimedOut, "the peer takes no bytes")));
             }
             stall.written = written;

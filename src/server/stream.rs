@@ -7,7 +7,7 @@ use std::task::{Context, Poll};
 use futures_util::{SinkExt, StreamExt};
 use tokio_websockets::{Limits, Message, ServerBuilder, WebSocketStream};
 
-use super::farewell::{End, NOT_UTF8, end_of, part};
+use super::farewell::{End, NOT_UTF8, STALLED, end_of, part};
 use super::socket::Socket;
 
 /// Most pongs that wait for the socket; until they are out, no more is read.
@@ -23,7 +23,9 @@ pub struct Stream {
 impl Stream {
     /// Takes a connection over from HTTP. Messages of more than `most` bytes are refused as soon as their length is
     /// known.
-    pub fn new(socket: Socket, most: usize) -> Self {
+    pub fn new(mut socket: Socket, most: usize) -> Self {
+        // An error of the socket would be the end of the stream, with nothing said.
+        socket.tell_of_stalls();
         let limits = Limits::default().max_payload_len(Some(most));
         let stream = ServerBuilder::new().limits(limits).serve(socket);
         Self { stream, flushing: false, pongs: 0 }
@@ -44,11 +46,15 @@ impl Stream {
     /// Polls both directions; both wake this task. Without a message, all is flushed; an error is the end.
     pub fn look(&mut self, cx: &mut Context<'_>) -> Poll<Result<Option<Message>, Option<End>>> {
         let mut flushed = false;
-        if self.flushing
-            && let Poll::Ready(result) = self.stream.poll_flush_unpin(cx)
-        {
-            result.map_err(|error| end_of(&error))?;
-            (self.flushing, self.pongs, flushed) = (false, 0, true);
+        if self.flushing {
+            match self.stream.poll_flush_unpin(cx) {
+                Poll::Ready(result) => {
+                    result.map_err(|_| None)?;
+                    (self.flushing, self.pongs, flushed) = (false, 0, true);
+                }
+                Poll::Pending if self.stream.get_ref().stalled() => return Poll::Ready(Err(Some(STALLED))),
+                Poll::Pending => {}
+            }
         }
         if self.flushing && self.pongs >= PONGS {
             return Poll::Pending;

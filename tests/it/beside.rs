@@ -231,7 +231,8 @@ async fn a_flood_of_subscriptions_costs_others_nothing() {
         for _ in 0..4 {
             let mut client = served.client().await;
             all.spawn(async move {
-                for id in 0..300 {
+                // A burst that is allowed.
+                for id in 0..240 {
                     client.stream.feed(Message::text(ask(id))).await.unwrap();
                     // As fast as they are answered.
                     if id % 30 == 29 {
@@ -262,7 +263,7 @@ async fn a_flood_of_subscriptions_costs_others_nothing() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_flood_of_pings_is_answered_as_fast_as_it_is_read() {
+async fn a_flood_of_pings_is_answered_as_far_as_it_is_allowed() {
     let served = Served::start(&scene(SMALL), Settings::default()).await;
     let beside = Beside::start(&served).await;
     let ping = |n: u32| Message::ping(Payload::from(Bytes::copy_from_slice(&n.to_be_bytes().repeat(31))));
@@ -271,7 +272,7 @@ async fn a_flood_of_pings_is_answered_as_fast_as_it_is_read() {
         for _ in 0..2 {
             let (mut write, mut read) = served.client().await.stream.split();
             all.spawn(async move {
-                let count = 5000_u32;
+                let count = 240_u32;
                 let send = async {
                     for n in 0..count {
                         write.feed(ping(n)).await.unwrap();
@@ -295,12 +296,11 @@ async fn a_flood_of_pings_is_answered_as_fast_as_it_is_read() {
             done.unwrap();
         }
     }
-    // Whoever reads no pong is not read for long: both systems' buffers, and a few pongs.
+    // Whoever sends more is let go of, read or not.
     let mut client = deaf(&served).await;
     let pings = frame(0x89, &[b'p'; 125]).repeat(1000);
     let mut sent = 0;
-    while let Ok(result) = timeout(Duration::from_secs(1), client.stream.get_mut().write_all(&pings)).await {
-        result.unwrap();
+    while let Ok(Ok(())) = timeout(Duration::from_secs(1), client.stream.get_mut().write_all(&pings)).await {
         sent += pings.len();
         assert!(sent < 64 << 20, "the server goes on reading");
     }
