@@ -84,7 +84,8 @@ pub enum RecordingError {
 impl Taken {
     /// Each unit with the ticks between its frames.
     pub fn intervals(&self) -> Vec<(UnitName, i64)> {
-        let interval = |unit: &UnitRate| TICKS_PER_SECOND / i64::from(unit.rate_hz.unwrap_or(self.rate_hz)).max(1);
+        let rate = |unit: &UnitRate| i64::from(unit.rate_hz.unwrap_or(self.rate_hz));
+        let interval = |unit: &UnitRate| TICKS_PER_SECOND / rate(unit).clamp(1, TICKS_PER_SECOND);
         self.units.iter().map(|unit| (unit.unit, interval(unit))).collect()
     }
 }

@@ -10,7 +10,7 @@ use super::{
     BLOCK_HEAD, BLOCK_MAGIC, END_MAGIC, ENTRY, Entry, FOOTER, INDEX_MAGIC, Kind, MAGIC, MOST_BLOCK, MOST_PREFACE,
     Preface, RecordingError, Taken,
 };
-use crate::wire::{Hello, TICKS_PER_SECOND, WireChange};
+use crate::wire::{Hello, MAX_TICK, TICKS_PER_SECOND, WireChange};
 
 /// An open recording.
 #[derive(Debug)]
@@ -203,20 +203,28 @@ impl Recording {
             Some(Entry { leaves: u64_of(entry) as i64, offset: u64_of(&entry[8..]), kind })
         };
         let entries: Option<Vec<Entry>> = index[4..].chunks_exact(ENTRY).map(entry).collect();
-        Ok(entries.filter(|entries| entries.is_sorted_by_key(|entry| entry.leaves)))
+        Ok(entries
+            .filter(|entries| entries.is_sorted_by_key(|entry| entry.leaves) && entries.iter().all(Entry::is_sane)))
     }
 
     /// The index, from the blocks themselves.
     fn scan(&mut self, begins: u64) -> Result<Vec<Entry>, RecordingError> {
         let (mut offset, mut index) = (begins, Vec::<Entry>::new());
         while let Some((entry, length)) = self.head(offset)? {
-            if index.last().is_some_and(|last| last.leaves > entry.leaves) {
+            if index.last().is_some_and(|last| last.leaves > entry.leaves) || !entry.is_sane() {
                 break;
             }
             index.push(entry);
             offset += (BLOCK_HEAD + length) as u64;
         }
         Ok(index)
+    }
+}
+
+impl Entry {
+    /// Whether it leaves at what can be a tick.
+    fn is_sane(&self) -> bool {
+        (-MAX_TICK..=MAX_TICK).contains(&self.leaves)
     }
 }
 
@@ -238,10 +246,11 @@ fn u64_of(bytes: &[u8]) -> u64 {
 
 /// Checks what everything else is computed from.
 fn check(path: &Path, preface: &Preface) -> Result<(), RecordingError> {
-    let Hello { protocol, ticks_per_second, .. } = &preface.hello;
+    let Hello { protocol, ticks_per_second, lead_ticks, .. } = &preface.hello;
     let must = |ok: bool, field, got: i64, bound: &str| {
         if ok { Ok(()) } else { Err(RecordingError::field(path, field, got, bound)) }
     };
     must(*protocol == 1, "hello.protocol", i64::from(*protocol), "1")?;
-    must(*ticks_per_second == TICKS_PER_SECOND, "hello.ticks_per_second", *ticks_per_second, "7200")
+    must(*ticks_per_second == TICKS_PER_SECOND, "hello.ticks_per_second", *ticks_per_second, "7200")?;
+    must((0..=10 * TICKS_PER_SECOND).contains(lead_ticks), "hello.lead_ticks", *lead_ticks, "0 to 72000")
 }

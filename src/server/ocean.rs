@@ -57,6 +57,8 @@ pub struct Ocean {
     statistics: Arc<tokio::sync::Mutex<Option<(i64, u64, Value)>>>,
     /// The tick that was noted last.
     noted: Arc<tokio::sync::Mutex<i64>>,
+    /// One composes the status at a time.
+    composing: Arc<tokio::sync::Mutex<()>>,
     next_client: AtomicU64,
 }
 
@@ -171,6 +173,7 @@ impl Ocean {
             clients: AtomicUsize::new(0),
             statistics: Arc::default(),
             noted: Arc::new(tokio::sync::Mutex::new(i64::MIN)),
+            composing: Arc::default(),
             next_client: AtomicU64::new(1),
         })
     }
@@ -252,6 +255,7 @@ impl Ocean {
 
     /// Composes the status anew and tells every client.
     pub async fn refresh_status(self: &Arc<Self>) {
+        let turn = Arc::clone(&self.composing).lock_owned().await;
         let ocean = Arc::clone(self);
         let compose = move || {
             // Every second and off the async threads: records of a sequence are ready when their time comes.
@@ -262,6 +266,10 @@ impl Ocean {
             let status = hello::status(&timeline, &ocean.counters(), ocean.tick(), ocean.clients());
             posted.clone_from(&status);
             ocean.bulletin.post_status(status);
+            drop(posted);
+            // The sea first: whoever waits for the turn may open its log again.
+            drop(ocean);
+            drop(turn);
         };
         if let Err(error) = spawn_blocking(compose).await {
             tracing::error!(%error, "status");
@@ -311,9 +319,10 @@ impl Ocean {
         }
     }
 
-    /// Waits until nothing is being noted.
+    /// Waits until nothing is being noted or composed.
     pub(super) async fn settle(&self) {
         drop(self.noted.lock().await);
+        drop(self.composing.lock().await);
     }
 
     /// Puts a new timeline in force. The caller holds the gate and has written the log.

@@ -61,7 +61,7 @@ impl Offer {
                 HelloDetail { group, finest_level, rate_hz: Some(rate_hz.unwrap_or(0)) }
             };
             cascade.detail = hello.groups.iter().map(|group| detail(group.name)).collect();
-            cascade.levels = recorded.iter().map(|(unit, _)| unit.level + 1).max().unwrap_or(1);
+            cascade.levels = recorded.iter().map(|(unit, _)| unit.level.saturating_add(1)).max().unwrap_or(1);
         }
     }
 }

@@ -163,16 +163,28 @@ impl Play<'_> {
 
     /// Waits for a tick; false to stop.
     fn wait(&self, tick: i64) -> bool {
-        self.stopped.recv_timeout(self.clock.until(tick)) == Err(RecvTimeoutError::Timeout)
+        loop {
+            let left = self.clock.until(tick);
+            if self.stopped.recv_timeout(left) != Err(RecvTimeoutError::Timeout) {
+                return false;
+            }
+            // A long wait comes in parts.
+            if self.clock.now_tick() >= tick {
+                return true;
+            }
+        }
     }
 
     /// Reads a block. What of it is frames is given, `shift` ticks later than they were recorded.
     fn take(&mut self, at: usize, shift: i64, round: Option<Round>, late: bool) -> Vec<SentFrame> {
-        if self.recording.is_of_frames(at) && (late || !self.shared.wanted.load(Relaxed)) {
+        if self.recording.is_of_frames(at) {
+            if !self.shared.wanted.load(Relaxed) {
+                return Vec::new();
+            }
             if late {
                 self.count(|counters| counters.skipped_frames += 1);
+                return Vec::new();
             }
-            return Vec::new();
         }
         match self.recording.block(at) {
             Ok(Block::Frames { bytes, frames, .. }) => self.frames(bytes, &frames, shift, round),

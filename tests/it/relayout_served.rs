@@ -175,7 +175,7 @@ async fn layouts_and_winds_that_were_accepted_stand() {
     conflict(&served.http("PUT", WIND, "", &wind(18.0, 30.0)).await, "against-accepted");
     assert_eq!(served.http("PUT", WIND, "", &wind(16.0, 90.0)).await.status, 202);
     assert_eq!(served.http("PUT", WIND, "", &wind(18.0, 90.0)).await.status, 422);
-    let gravity = served.http("PATCH", SEA, "", r#"{"gravity":3.7,"in_seconds":2}"#).await;
+    let gravity = served.http("PATCH", SEA, "", r#"{"gravity":3.7,"in_seconds":10}"#).await;
     assert_eq!(gravity.status, 202, "{gravity:?}");
     let log = served.get("/v1/scenes/small/log").await.json();
     assert_eq!(log["changes"][3]["change"], json!({ "kind": "water", "gravity": 3.7 }));
