@@ -40,6 +40,9 @@ const BEATS_OF_REPORT: u64 = 10;
 /// Requests whose answers are still awaited.
 const MAX_ASKED: usize = 16;
 
+/// No server sends frames longer before their ticks: 10 s.
+const LONGEST_LEAD: i64 = 10 * TICKS_PER_SECOND;
+
 /// What came from the server.
 #[derive(Debug)]
 pub enum Event {
@@ -296,6 +299,8 @@ impl<N: Fn() -> i64> Connection<N> {
                     self.close(other("protocol", hello.protocol.into(), 1));
                 } else if hello.ticks_per_second != TICKS_PER_SECOND {
                     self.close(other("ticks_per_second", hello.ticks_per_second, TICKS_PER_SECOND));
+                } else if !(0..=LONGEST_LEAD).contains(&hello.lead_ticks) {
+                    self.close(other("lead_ticks", hello.lead_ticks, LONGEST_LEAD));
                 } else {
                     return Some(Event::Hello(hello));
                 }

@@ -14,10 +14,12 @@ use super::choice::Choice;
 use super::connection::{Connection, Event, stream_uri};
 use super::http::exchange;
 use crate::recording::{Preface, RecordingWriter, Taken};
-use crate::wire::{Hello, Subscribed, TICKS_PER_SECOND, UnitName, WireChange, lead_of};
+use crate::wire::{Hello, Subscribed, TICKS_PER_SECOND, UnitName, WireChange, WireChangeKind, lead_of};
 
 /// Entries of the log read at a time.
 const PAGE: usize = 1000;
+/// Longest log that is taken.
+const MOST_CHANGES: usize = 100_000;
 /// How often progress is told.
 const REFRESH: Duration = Duration::from_secs(1);
 
@@ -112,7 +114,11 @@ pub async fn record(
                     tape.recorded.faults += 1;
                 }
             }
-            Event::Error { detail, .. } => bail!("refused: {detail}"),
+            Event::Error { detail, .. } => {
+                let Some(tape) = tape else { bail!("refused: {detail}") };
+                eprintln!("refused: {detail}");
+                return tape.finish();
+            }
             Event::Closed(closed) => {
                 let Some(tape) = tape else { bail!("{closed}") };
                 eprintln!("{closed}");
@@ -133,6 +139,9 @@ struct Tape {
     intervals: BTreeMap<UnitName, i64>,
     /// Newest entry of the log that is in the file.
     sequence: u64,
+    /// A change of layout, and what was announced since, until its units are granted: whoever replays this needs those
+    /// first.
+    held: Vec<WireChange>,
     /// First and last tick.
     ticks: Option<(i64, i64)>,
     recorded: Recorded,
@@ -148,7 +157,6 @@ impl Tape {
             serde_json::from_str(&body).with_context(|| format!("{path} of {address} is no JSON"))
         };
         let scene = json(format!("/v1/scenes/{}", hello.scene)).await?["scene"].take();
-        let unix_ns_of_tick_0 = json("/v1/time".to_owned()).await?["unix_ns_of_tick_0"].as_i64().unwrap_or_default();
         let mut changes: Vec<WireChange> = Vec::new();
         loop {
             let after = changes.last().map_or(0, |change| change.sequence);
@@ -157,21 +165,43 @@ impl Tape {
             if entries.is_empty() {
                 break;
             }
+            ensure!(
+                entries.iter().zip(after + 1..).all(|(entry, sequence)| entry.sequence == sequence),
+                "the log of {address} does not count on from {after}"
+            );
             changes.extend(entries);
+            ensure!(changes.len() <= MOST_CHANGES, "the log of {address} has more than {MOST_CHANGES} entries");
         }
         let (lead_ticks, sequence) = (hello.lead_ticks, changes.last().map_or(0, |change| change.sequence));
         let taken = Taken { rate_hz: granted.rate_hz, units: granted.units };
-        let preface = Preface { hello, scene, changes, taken: taken.clone(), unix_ns_of_tick_0 };
+        let preface = Preface { hello, scene, changes, taken: taken.clone() };
         let writer = RecordingWriter::create(&arguments.out, &preface)?;
         let intervals = taken.intervals().into_iter().collect();
-        Ok(Self { writer, lead_ticks, taken, intervals, sequence, ticks: None, recorded: Recorded::default() })
+        Ok(Self {
+            writer,
+            lead_ticks,
+            taken,
+            intervals,
+            sequence,
+            held: Vec::new(),
+            ticks: None,
+            recorded: Recorded::default(),
+        })
     }
 
     /// Other units are granted: the layout has changed.
     fn take(&mut self, granted: Subscribed) -> Result<()> {
         self.taken = Taken { rate_hz: granted.rate_hz, units: granted.units };
         self.intervals = self.taken.intervals().into_iter().collect();
-        Ok(self.writer.taken(&self.taken)?)
+        self.writer.taken(&self.taken)?;
+        self.write_held()
+    }
+
+    fn write_held(&mut self) -> Result<()> {
+        for change in std::mem::take(&mut self.held) {
+            self.writer.change(&change)?;
+        }
+        Ok(())
     }
 
     fn frame(&mut self, unit: UnitName, tick: i64, bytes: &[u8]) -> Result<()> {
@@ -191,13 +221,18 @@ impl Tape {
         if change.sequence > self.sequence {
             self.sequence = change.sequence;
             self.recorded.changes += 1;
-            self.writer.change(&change)?;
+            let layout = matches!(change.change, WireChangeKind::Layout { .. });
+            self.held.push(change);
+            if !layout && self.held.len() == 1 {
+                return self.write_held();
+            }
         }
         Ok(())
     }
 
-    fn finish(self) -> Result<Recorded> {
+    fn finish(mut self) -> Result<Recorded> {
         ensure!(self.recorded.frames > 0, "no frame came");
+        self.write_held()?;
         let bytes = self.writer.finish()?;
         Ok(Recorded { bytes, ..self.recorded })
     }

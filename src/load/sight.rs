@@ -255,7 +255,8 @@ impl Sight {
     fn subscribed(&mut self, granted: &Subscribed) {
         let unit = |UnitRate { unit, rate_hz }: &UnitRate| {
             let UnitName { cascade, level, class, group, .. } = unit;
-            let interval = TICKS_PER_SECOND / i64::from(rate_hz.unwrap_or(granted.rate_hz).max(1));
+            let rate_hz = i64::from(rate_hz.unwrap_or(granted.rate_hz));
+            let interval = TICKS_PER_SECOND / rate_hz.clamp(1, TICKS_PER_SECOND);
             ([*cascade, *level, class.id(), group.id()], interval)
         };
         self.granted = granted.units.iter().map(unit).collect();

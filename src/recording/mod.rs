@@ -31,6 +31,8 @@ const FOOTER: usize = 32;
 /// Largest preface, and largest block.
 const MOST_PREFACE: usize = 16 << 20;
 const MOST_BLOCK: usize = 256 << 20;
+/// Most units that are recorded, as many as a client can have.
+const MOST_UNITS: usize = 64;
 
 /// What a recording is of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,11 +45,9 @@ pub struct Preface {
     pub changes: Vec<WireChange>,
     /// What is recorded, until a block says otherwise.
     pub taken: Taken,
-    /// Calendar time of tick 0 in the sea that was recorded, nanoseconds since 1970.
-    pub unix_ns_of_tick_0: i64,
 }
 
-/// Units that are recorded.
+/// Units that are recorded, at most 64.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Taken {
     /// Frames a second of units that have no rate of their own.

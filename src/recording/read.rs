@@ -8,9 +8,12 @@ use crc32fast::Hasher;
 
 use super::{
     BLOCK_HEAD, BLOCK_MAGIC, END_MAGIC, ENTRY, Entry, FOOTER, INDEX_MAGIC, Kind, MAGIC, MOST_BLOCK, MOST_PREFACE,
-    Preface, RecordingError, Taken,
+    MOST_UNITS, Preface, RecordingError, Taken,
 };
-use crate::wire::{Hello, MAX_TICK, TICKS_PER_SECOND, WireChange};
+use crate::wire::{HEADER_BYTES, Hello, MAX_TICK, TICKS_PER_SECOND, WireChange};
+
+/// Longest that a frame leaves before its tick.
+const LONGEST_LEAD: i64 = 10 * TICKS_PER_SECOND;
 
 /// An open recording.
 #[derive(Debug)]
@@ -26,10 +29,8 @@ pub struct Recording {
 /// One block.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Block {
-    /// Frames that leave at a tick; each stands in `bytes` from `.0` to `.1`.
+    /// Frames that leave together; each stands in `bytes` from `.0` to `.1`.
     Frames {
-        /// The tick.
-        leaves: i64,
         /// All of them.
         bytes: Vec<u8>,
         /// Where each stands.
@@ -128,11 +129,14 @@ impl Recording {
     /// # Errors
     /// [`RecordingError`] when it is not there, or not as it must be.
     pub fn block(&mut self, block: usize) -> Result<Block, RecordingError> {
-        let Entry { offset, .. } = *self
+        let Entry { offset, kind, .. } = *self
             .index
             .get(block)
             .ok_or_else(|| RecordingError::field(&self.path, "block", block, format!("below {}", self.index.len())))?;
         let (entry, length) = self.head(offset)?.ok_or_else(|| self.damaged(offset))?;
+        if entry.kind != kind {
+            return Err(self.damaged(offset));
+        }
         let mut bytes = vec![0; length];
         self.read(offset + BLOCK_HEAD as u64, &mut bytes)?;
         match entry.kind {
@@ -141,12 +145,13 @@ impl Recording {
                 Ok(Block::Change(change.map_err(|_| self.damaged(offset))?))
             }
             Kind::Taken => {
-                let taken = serde_json::from_slice(&bytes);
-                Ok(Block::Taken(taken.map_err(|_| self.damaged(offset))?))
+                let taken: Option<Taken> = serde_json::from_slice(&bytes).ok();
+                let taken = taken.filter(|taken| taken.units.len() <= MOST_UNITS);
+                Ok(Block::Taken(taken.ok_or_else(|| self.damaged(offset))?))
             }
             Kind::Frames => {
                 let frames = frames_of(&bytes).ok_or_else(|| self.damaged(offset))?;
-                Ok(Block::Frames { leaves: entry.leaves, bytes, frames })
+                Ok(Block::Frames { bytes, frames })
             }
         }
     }
@@ -189,7 +194,10 @@ impl Recording {
         {
             return Ok(None);
         }
-        // As long as a part of the file that is there.
+        // Each block has a head at least.
+        if entries > (offset - begins) / BLOCK_HEAD as u64 {
+            return Ok(None);
+        }
         let mut index = vec![0; (at - offset) as usize];
         self.read(offset, &mut index)?;
         let mut computed = Hasher::new();
@@ -222,9 +230,9 @@ impl Recording {
 }
 
 impl Entry {
-    /// Whether it leaves at what can be a tick.
+    /// Whether it leaves at what can be a tick, or as long before it as a frame can.
     fn is_sane(&self) -> bool {
-        (-MAX_TICK..=MAX_TICK).contains(&self.leaves)
+        (-LONGEST_LEAD..=MAX_TICK).contains(&self.leaves)
     }
 }
 
@@ -234,8 +242,10 @@ fn frames_of(bytes: &[u8]) -> Option<Vec<(usize, usize)>> {
     while at < bytes.len() {
         let length = bytes.get(at..at + 4)?;
         let begins = at + 4;
-        at = begins + u32::from_le_bytes(length.try_into().ok()?) as usize;
-        frames.push((begins, at));
+        let length = u32::from_le_bytes(length.try_into().ok()?) as usize;
+        at = begins + length;
+        // What is shorter is none, and would be many.
+        frames.push(Some((begins, at)).filter(|_| length >= HEADER_BYTES)?);
     }
     (at == bytes.len()).then_some(frames)
 }
@@ -252,5 +262,7 @@ fn check(path: &Path, preface: &Preface) -> Result<(), RecordingError> {
     };
     must(*protocol == 1, "hello.protocol", i64::from(*protocol), "1")?;
     must(*ticks_per_second == TICKS_PER_SECOND, "hello.ticks_per_second", *ticks_per_second, "7200")?;
-    must((0..=10 * TICKS_PER_SECOND).contains(lead_ticks), "hello.lead_ticks", *lead_ticks, "0 to 72000")
+    must((0..=LONGEST_LEAD).contains(lead_ticks), "hello.lead_ticks", *lead_ticks, "0 to 72000")?;
+    let units = preface.taken.units.len();
+    must(units <= MOST_UNITS, "length of taken.units", units as i64, "at most 64")
 }

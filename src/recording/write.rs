@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use crc32fast::Hasher;
 
-use super::{BLOCK_MAGIC, END_MAGIC, Entry, INDEX_MAGIC, Kind, MAGIC, MOST_BLOCK, Preface, RecordingError, Taken};
+use super::{
+    BLOCK_MAGIC, END_MAGIC, Entry, INDEX_MAGIC, Kind, MAGIC, MOST_BLOCK, MOST_PREFACE, Preface, RecordingError, Taken,
+};
 use crate::wire::WireChange;
 
 /// A recording under way. One that is not finished can be read all the same, up to its last whole block.
@@ -25,13 +27,18 @@ impl RecordingWriter {
     /// Begins a file; one of this name that is there already is an error.
     ///
     /// # Errors
-    /// [`RecordingError::Io`].
+    /// [`RecordingError`].
     pub fn create(path: &Path, preface: &Preface) -> Result<Self, RecordingError> {
         let file = File::create_new(path).map_err(|source| RecordingError::Io { path: path.to_owned(), source })?;
         let file = BufWriter::new(file);
-        let mut writer =
-            Self { path: path.to_owned(), file, offset: 0, index: Vec::new(), block: Vec::new(), leaves: i64::MIN };
+        // What comes before the first frames leaves as soon as there is somebody.
+        let leaves = preface.hello.tick;
+        let mut writer = Self { path: path.to_owned(), file, offset: 0, index: Vec::new(), block: Vec::new(), leaves };
         let preface = serde_json::to_vec(preface).expect("plain data serialises");
+        if preface.len() > MOST_PREFACE {
+            let bound = format!("at most {MOST_PREFACE}");
+            return Err(RecordingError::field(path, "length of the preface", preface.len(), bound));
+        }
         writer.put(&MAGIC)?;
         writer.put(&(preface.len() as u64).to_le_bytes())?;
         writer.put(&preface)?;

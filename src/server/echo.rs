@@ -26,7 +26,7 @@ const SEATS: usize = 16;
 pub async fn echo(listener: TcpListener, most: usize) -> io::Result<()> {
     listen::inherit(&listener)?;
     let open = move |request: Request| async move {
-        upgrade::open(request, &[], || Ok(()), move |socket| serve(socket, most))
+        upgrade::open(request, &[], || Ok(()), move |socket, ()| serve(socket, most))
     };
     let (router, seats) = (Router::new().fallback(get(open)), Seats::new(SEATS, SEATS));
     let head = Settings::default().head;

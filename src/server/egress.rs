@@ -2,16 +2,16 @@
 //! doesn't help, everybody gets less.
 
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What a client is taken to need before any is measured, bytes a second: 10 Mb/s.
 const GUESS: f64 = 1.25e6;
 /// Seconds above the budget before everybody gets less, and seconds in which that shows.
 const OVER: u32 = 2;
 const SETTLE: u32 = 3;
-/// Seconds below this share of the budget before everybody gets more again: a rung up may double what leaves.
-const UNDER: u32 = 20;
-const LOW: f64 = 0.45;
+/// Seconds in which what would leave without the last rung is below this share of the budget, before it is given back.
+const UNDER: u32 = 10;
+const LOW: f64 = 0.9;
 /// Most rungs that are taken from everybody.
 const MOST: usize = 4;
 
@@ -32,11 +32,33 @@ struct Measured {
     /// Bytes a second, and what one client takes of them.
     rate: f64,
     each: Option<f64>,
-    /// Clients that were let in since, and in the second before that: not all they need is measured yet.
+    /// Beats so far, and clients that are here of those let in since the last one, and since the one before: not all
+    /// they need is measured yet.
+    beats: u64,
     admitted: [u32; 2],
     over: u32,
     under: u32,
     settling: u32,
+    /// What left before the newest rung was taken, and the shares that were left behind each.
+    before: f64,
+    left: Vec<f64>,
+}
+
+/// A client that was let in; it counts until it goes, or until what it takes is measured.
+#[derive(Debug)]
+pub struct Admitted {
+    egress: Arc<Egress>,
+    beat: u64,
+}
+
+impl Drop for Admitted {
+    fn drop(&mut self) {
+        let mut measured = self.egress.measured.lock().unwrap_or_else(PoisonError::into_inner);
+        let ago = measured.beats - self.beat;
+        if let Some(admitted) = measured.admitted.get_mut(ago as usize) {
+            *admitted = admitted.saturating_sub(1);
+        }
+    }
 }
 
 impl Egress {
@@ -46,15 +68,15 @@ impl Egress {
         Self { budget, measured: Mutex::default(), squeeze: AtomicUsize::new(0) }
     }
 
-    /// Whether one more client can be let in, who then counts.
-    pub fn admit(&self) -> bool {
-        let Some(budget) = self.budget else { return true };
+    /// Lets one more client in, if it fits.
+    pub fn admit(self: &Arc<Self>) -> Option<Admitted> {
+        let budget = self.budget.unwrap_or(f64::INFINITY);
         let mut measured = self.measured.lock().unwrap_or_else(PoisonError::into_inner);
         let each = measured.each.unwrap_or(GUESS);
         let coming = f64::from(measured.admitted.iter().sum::<u32>());
         let fits = self.squeeze() == 0 && measured.rate + (coming + 1.0) * each <= budget;
         measured.admitted[0] += u32::from(fits);
-        fits
+        fits.then(|| Admitted { egress: Arc::clone(self), beat: measured.beats })
     }
 
     /// Rungs that are taken from everybody.
@@ -78,13 +100,20 @@ impl Egress {
             measured.each = Some(rate / whole as f64);
         }
         (measured.sent, measured.at_us, measured.rate, measured.admitted) = (sent, now_us, rate, [0, new]);
+        measured.beats += 1;
         measured.over = if rate > budget { measured.over + 1 } else { 0 };
-        measured.under = if rate < LOW * budget { measured.under + 1 } else { 0 };
-        measured.settling = measured.settling.saturating_sub(1);
+        let squeeze = self.squeeze();
         if measured.settling > 0 {
+            measured.settling -= 1;
+            if measured.settling == 0 && measured.left.len() < squeeze {
+                // At most what two rungs leave: a crowd that has gone meanwhile says nothing of the rung.
+                let left = (rate / measured.before).clamp(0.25, 1.0);
+                measured.left.push(left);
+            }
             return;
         }
-        let squeeze = self.squeeze();
+        let whole = measured.left.last().map_or(rate, |left| rate / left);
+        measured.under = if whole < LOW * budget { measured.under + 1 } else { 0 };
         let next = match () {
             () if measured.over >= OVER => (squeeze + 1).min(MOST),
             () if measured.under >= UNDER => squeeze.saturating_sub(1),
@@ -93,6 +122,8 @@ impl Egress {
         if next != squeeze {
             tracing::warn!(squeeze = next, mbps = rate / 125e3, "the budget of bytes that may leave");
             self.squeeze.store(next, Relaxed);
+            measured.before = rate;
+            measured.left.truncate(next);
             (measured.over, measured.under, measured.settling) = (0, 0, SETTLE);
         }
     }
@@ -115,23 +146,29 @@ mod tests {
 
     #[test]
     fn as_many_are_let_in_as_fit() {
-        let egress = Egress::new(Some(100.0));
+        let egress = Arc::new(Egress::new(Some(100.0)));
         let (mut second, mut sent) = (0, 0);
-        // Nothing is measured: ten at what is guessed.
-        assert_eq!((0..20).filter(|_| egress.admit()).count(), 10);
+        let come = || (0..20).filter_map(|_| egress.admit()).collect::<Vec<_>>();
+        // Nothing is measured: ten at what is guessed. Who goes again makes room.
+        assert_eq!(come().len(), 10);
+        let ten = come();
+        assert_eq!((ten.len(), come().len()), (10, 0));
         pass(&egress, &mut second, &mut sent, 3, 10, 5);
         // Each takes 5: ten more fit, however fast they come.
-        assert_eq!((0..20).filter(|_| egress.admit()).count(), 10);
+        let more = come();
+        assert_eq!(more.len(), 10);
         pass(&egress, &mut second, &mut sent, 3, 20, 5);
-        assert!(!egress.admit());
+        drop((ten, more));
+        assert_eq!(come().len(), 0, "what they took is still measured");
         pass(&egress, &mut second, &mut sent, 3, 19, 5);
-        assert!(egress.admit());
-        assert!((0..1000).all(|_| Egress::new(None).admit()));
+        assert_eq!(come().len(), 1);
+        let boundless = Arc::new(Egress::new(None));
+        assert!((0..1000).all(|_| boundless.admit().is_some()));
     }
 
     #[test]
     fn when_those_who_are_there_need_more_all_get_less_and_nobody_comes() {
-        let egress = Egress::new(Some(100.0));
+        let egress = Arc::new(Egress::new(Some(100.0)));
         let (mut second, mut sent) = (0, 0);
         pass(&egress, &mut second, &mut sent, 5, 10, 9);
         assert_eq!(egress.squeeze(), 0);
@@ -141,8 +178,9 @@ mod tests {
         pass(&egress, &mut second, &mut sent, 1, 10, 18);
         assert_eq!(egress.squeeze(), 1, "what was just done must show first");
         pass(&egress, &mut second, &mut sent, 30, 10, 9);
-        assert_eq!((egress.squeeze(), egress.admit()), (1, false));
-        pass(&egress, &mut second, &mut sent, 21, 10, 4);
-        assert_eq!((egress.squeeze(), egress.admit()), (0, true));
+        assert_eq!((egress.squeeze(), egress.admit().is_some()), (1, false));
+        // It calms down: all of it would fit again.
+        pass(&egress, &mut second, &mut sent, 11, 10, 4);
+        assert_eq!((egress.squeeze(), egress.admit().is_some()), (0, true));
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// Four buckets to each doubling from 50 microseconds on, and one for what is beyond the last, 9 s.
+/// Four buckets to each doubling from 50 microseconds on, and one for what is beyond the last, 7.8 s.
 const BUCKETS: usize = 71;
 const FIRST_US: f64 = 50.0;
 const PER_DOUBLING: f64 = 4.0;

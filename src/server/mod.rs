@@ -7,6 +7,7 @@ mod allowance;
 mod api;
 mod bulletin;
 mod change_body;
+mod client;
 mod echo;
 mod egress;
 mod farewell;

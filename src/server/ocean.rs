@@ -3,7 +3,6 @@
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
-use bytes::Bytes;
 use serde_json::Value;
 use tokio::task::spawn_blocking;
 
@@ -22,7 +21,7 @@ use super::settings::Settings;
 use super::source::Source;
 use super::subscriptions::Subscriptions;
 use crate::control::{Begun, Epoch, Store};
-use crate::engine::{Batch, Clock, Counters, Engine, EngineSettings, PointsWish, Publish};
+use crate::engine::{Batch, Clock, Counters, Engine, EngineSettings, Publish};
 use crate::plan::Demand;
 use crate::sea::{Layout, Timeline};
 use crate::wire::{Hello, Status, TICKS_PER_SECOND, UnitName};
@@ -40,7 +39,7 @@ pub struct Ocean {
     pub(super) bulletin: Arc<Bulletin>,
     pub(super) seats: Arc<Seats>,
     pub(super) metrics: Metrics,
-    pub(super) egress: Egress,
+    pub(super) egress: Arc<Egress>,
     pub(super) costs: Costs,
     pub(super) probes: Probes,
     pub(super) points: Arc<PointsBoard>,
@@ -52,14 +51,14 @@ pub struct Ocean {
     status: RwLock<Status>,
     pub(super) source: Source,
     wishes: Mutex<Wishes>,
-    clients: AtomicUsize,
+    pub(super) clients: AtomicUsize,
     /// The statistics that were told last: tick, entry of the log, and text.
     statistics: Arc<tokio::sync::Mutex<Option<(i64, u64, Value)>>>,
     /// The tick that was noted last.
     noted: Arc<tokio::sync::Mutex<i64>>,
     /// One composes the status at a time.
     composing: Arc<tokio::sync::Mutex<()>>,
-    next_client: AtomicU64,
+    pub(super) next_client: AtomicU64,
 }
 
 /// The sea as all its changes so far make it.
@@ -87,12 +86,6 @@ struct Wishes {
     subscriptions: Subscriptions,
     /// What the engine was told last.
     demand: Demand,
-}
-
-/// A client's place; leaving it ends its subscription.
-pub struct Client {
-    ocean: Arc<Ocean>,
-    id: u64,
 }
 
 /// While it lives, the engine waits before a tick.
@@ -160,7 +153,7 @@ impl Ocean {
             ring,
             bulletin,
             metrics: Metrics::default(),
-            egress: Egress::new(settings.egress_mbps),
+            egress: Arc::new(Egress::new(settings.egress_mbps)),
             settings,
             costs: Costs::default(),
             probes: Probes::default(),
@@ -260,13 +253,7 @@ impl Ocean {
         let compose = move || {
             // Every second and off the async threads: records of a sequence are ready when their time comes.
             ocean.current().timeline.build_ahead(ocean.tick());
-            // Composed and posted under one lock, so that none overtakes a newer one.
-            let mut posted = ocean.status.write().unwrap_or_else(PoisonError::into_inner);
-            let timeline = ocean.current().timeline;
-            let status = hello::status(&timeline, &ocean.counters(), ocean.tick(), ocean.clients());
-            posted.clone_from(&status);
-            ocean.bulletin.post_status(status);
-            drop(posted);
+            ocean.compose_status();
             // The sea first: whoever waits for the turn may open its log again.
             drop(ocean);
             drop(turn);
@@ -274,6 +261,16 @@ impl Ocean {
         if let Err(error) = spawn_blocking(compose).await {
             tracing::error!(%error, "status");
         }
+    }
+
+    /// The same; sums the energies of all modes.
+    pub(super) fn compose_status(&self) {
+        // Composed and posted under one lock, so that none overtakes a newer one.
+        let mut posted = self.status.write().unwrap_or_else(PoisonError::into_inner);
+        let timeline = self.current().timeline;
+        let status = hello::status(&timeline, &self.counters(), self.tick(), self.clients());
+        posted.clone_from(&status);
+        self.bulletin.post_status(status);
     }
 
     /// Lets go of cascades that have ended: of wishes for them at once, of all else when foam has forgotten them.
@@ -336,7 +333,7 @@ impl Ocean {
         }
     }
 
-    fn wish<T>(&self, change: impl FnOnce(&mut Subscriptions) -> T) -> T {
+    pub(super) fn wish<T>(&self, change: impl FnOnce(&mut Subscriptions) -> T) -> T {
         // The engine is told under the lock, so that it hears of demands in their order.
         let mut wishes = self.wishes.lock().unwrap_or_else(PoisonError::into_inner);
         let result = change(&mut wishes.subscriptions);
@@ -346,54 +343,5 @@ impl Ocean {
             wishes.demand = demand;
         }
         result
-    }
-
-    /// A place for one more client, unless the house is full.
-    pub fn join(self: &Arc<Self>) -> Option<Client> {
-        let more = |clients: usize| (clients < self.settings.clients).then_some(clients + 1);
-        self.clients.fetch_update(Relaxed, Relaxed, more).ok()?;
-        Some(Client { ocean: Arc::clone(self), id: self.next_client.fetch_add(1, Relaxed) })
-    }
-}
-
-impl Client {
-    /// Replaces this client's subscription, units with their intervals, and tells the engine. Returns what the client
-    /// gets, in the order asked.
-    ///
-    /// # Errors
-    /// Index of the unit that can't be had.
-    pub fn subscribe(&self, units: &[(UnitName, i64)]) -> Result<Vec<(UnitName, i64)>, usize> {
-        let units = self.ocean.source.grant(units)?;
-        self.ocean.wish(|subscriptions| subscriptions.replace(self.id, &units))
-    }
-
-    /// Asks for frames of these units that can be read with nothing before them.
-    pub fn join_units(&self, units: Vec<UnitName>) {
-        if !units.is_empty() {
-            self.ocean.source.join(units);
-        }
-    }
-
-    /// Replaces the points that this client follows, and tells the engine. Returns the first tick that will come.
-    ///
-    /// # Errors
-    /// How many points it may follow.
-    pub fn follow(&self, id: u64, interval: i64, points: Vec<[f64; 2]>) -> Result<i64, usize> {
-        let wish = PointsWish { client: self.id, id, interval, points: points.into() };
-        let tell = |wishes| self.ocean.source.set_points(wishes);
-        self.ocean.points.replace(wish, tell, || self.ocean.tick() + hello::reach())
-    }
-
-    /// The newest water at its points, once.
-    pub fn water(&self) -> Option<Bytes> {
-        self.ocean.points.take(self.id)
-    }
-}
-
-impl Drop for Client {
-    fn drop(&mut self) {
-        self.ocean.points.remove(self.id, |wishes| self.ocean.source.set_points(wishes));
-        self.ocean.wish(|subscriptions| subscriptions.remove(self.id));
-        self.ocean.clients.fetch_sub(1, Relaxed);
     }
 }

@@ -47,6 +47,7 @@ impl Offer {
 
     /// Says of a sea only what was recorded.
     pub fn narrow(&self, hello: &mut Hello) {
+        hello.limits.points = 0;
         let units = self.units.read().unwrap_or_else(PoisonError::into_inner);
         let fastest = units.iter().map(|(_, interval)| *interval).min().unwrap_or(TICKS_PER_SECOND);
         hello.rates_hz.retain(|rate| TICKS_PER_SECOND / i64::from(*rate).max(1) >= fastest);

@@ -49,6 +49,8 @@ struct Shared {
 
 /// Where what is played goes.
 pub struct Stage {
+    /// What can be had.
+    pub offer: Arc<Offer>,
     /// Frames. Runs on the player's thread and must not block.
     pub publish: Publish,
     /// Changes of the sea.
@@ -61,7 +63,7 @@ impl Player {
     /// # Panics
     /// If the system gives no thread.
     pub fn start(recording: Recording, from: usize, round: Option<Round>, clock: Clock, stage: Stage) -> Self {
-        let offer = Arc::new(Offer::new(&recording.preface().taken));
+        let offer = Arc::clone(&stage.offer);
         let counters = Counters { backend: NAME, foam_warm: true, ..Counters::default() };
         let shared = Arc::new(Shared {
             counters: Mutex::new(counters),
@@ -70,12 +72,11 @@ impl Player {
             over: Notify::new(),
         });
         let (stop, stopped) = channel();
-        let (of_thread, to_offer) = (Arc::clone(&shared), Arc::clone(&offer));
+        let of_thread = Arc::clone(&shared);
         let work = move || {
-            let play = Play { shared: &of_thread, offer: &to_offer, recording, clock, stage, stopped };
+            let play = Play { shared: &of_thread, recording, clock, stage, stopped };
+            let _over = Over(&of_thread);
             play.run(from, round);
-            of_thread.alive.store(false, Relaxed);
-            of_thread.over.notify_one();
         };
         let thread = std::thread::Builder::new().name("swellcast-player".to_owned()).spawn(work);
         let thread = Some(thread.expect("the system gives a thread at start"));
@@ -113,9 +114,18 @@ impl Drop for Player {
     }
 }
 
+/// Says that it is over, however the thread ends.
+struct Over<'a>(&'a Shared);
+
+impl Drop for Over<'_> {
+    fn drop(&mut self) {
+        self.0.alive.store(false, Relaxed);
+        self.0.over.notify_one();
+    }
+}
+
 struct Play<'a> {
     shared: &'a Shared,
-    offer: &'a Offer,
     recording: Recording,
     clock: Clock,
     stage: Stage,
@@ -194,7 +204,7 @@ impl Play<'_> {
                 Vec::new()
             }
             Ok(Block::Taken(taken)) => {
-                self.offer.replace(&taken);
+                self.stage.offer.replace(&taken);
                 Vec::new()
             }
             Err(error) => {

@@ -20,7 +20,7 @@ const MARGIN: i64 = TICKS_PER_SECOND / 10;
 /// How long before it acts a change can be announced: a day. Further out, a slip of the hand would be for ever.
 const FARTHEST: i64 = 86_400 * TICKS_PER_SECOND;
 /// Most changes that are accepted and not yet over; each holds a spectrum ...
-const MAX_OPEN: usize = 64;
+pub const MAX_OPEN: usize = 64;
 /// ... and of large ones fewer: cells of all their tables, a gigabyte.
 const MAX_OPEN_CELLS: usize = 100_000_000;
 /// How long before it acts a change of layout can be announced, ten minutes: until it is over there is no other.
@@ -165,12 +165,37 @@ impl Ocean {
         for warning in next.warnings().iter().filter(|warning| !timeline.warnings().contains(warning)) {
             tracing::warn!("{warning}");
         }
-        self.adopt(Current { sequence: change.sequence, timeline: next });
+        self.put_in_force(change, next, Some(held), &mut gate);
+        Ok(answer)
+    }
+
+    /// Takes up a change that was accepted before, as it was. Blocks while its sea is built.
+    ///
+    /// # Errors
+    /// `Problem` when it does not follow from what there is.
+    pub(super) fn take_up(&self, change: Change) -> Result<(), Problem> {
+        let mut gate = self.gate.blocking_lock();
+        let (Current { sequence, timeline }, now) = (self.current(), self.tick());
+        gate.forget(now);
+        if change.sequence != sequence + 1 || gate.open.len() >= MAX_OPEN {
+            let detail = format!("entry {sequence} is the newest, {} are not over yet", gate.open.len());
+            return Err(Problem::conflict("recorded", detail).allowed(MAX_OPEN));
+        }
+        timeline.check(&change).map_err(|(_, error)| Problem::from(error))?;
+        let next = Arc::new(timeline.with(change.clone(), now));
+        crowd(&next, gate.open.iter().chain([&change]))?;
+        self.store.append(&change, None)?;
+        self.put_in_force(change, next, None, &mut gate);
+        self.compose_status();
+        Ok(())
+    }
+
+    fn put_in_force(&self, change: Change, timeline: Arc<Timeline>, held: Option<Held>, gate: &mut Gate) {
+        self.adopt(Current { sequence: change.sequence, timeline });
         drop(held);
         let hello = CrossFade::of(&change).map(|_| self.hello());
         self.bulletin.post_change(told(&change), hello);
         gate.open.push(change);
-        Ok(answer)
     }
 
     async fn answered(&self, key: &Option<Key>) -> Result<Option<Answer>, Problem> {

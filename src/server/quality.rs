@@ -85,10 +85,11 @@ impl Ladder {
     }
 
     fn give_less(&mut self, now: u64) -> bool {
-        if now - self.changed < SETTLE || self.at + 1 == self.rungs.len() {
+        let at = self.at.max(self.squeeze);
+        if now - self.changed < SETTLE || at + 1 >= self.rungs.len() {
             return false;
         }
-        self.at += 1;
+        self.at = at + 1;
         self.patience = (self.patience * 2).min(MOST_PATIENCE);
         self.changed = now;
         true

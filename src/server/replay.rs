@@ -4,15 +4,16 @@ use std::path::Path;
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Weak};
 
-use super::ocean::{Current, Ocean};
+use super::ocean::Ocean;
+use super::offer::Offer;
 use super::player::{Player, Round, Stage};
-use super::proposal::told;
+use super::proposal::MAX_OPEN;
 use super::settings::Settings;
 use super::source::Source;
 use crate::control::{Begun, Epoch, Store};
 use crate::engine::Clock;
 use crate::recording::{Block, Preface, Recording, RecordingError};
-use crate::scene::{CascadesFile, Change, ChangeKind, CrossFade, Scene, SceneFile};
+use crate::scene::{CascadesFile, Change, ChangeKind, Scene, SceneFile};
 use crate::wire::{TICKS_PER_SECOND, WireChange, WireChangeKind};
 
 /// The first frames leave so long after the beginning, ticks: half a second.
@@ -40,11 +41,6 @@ impl Ocean {
         let path = recording.path().to_owned();
         let preface = recording.preface().clone();
         let scene = scene_of(&path, &preface)?;
-        let changes: Vec<Change> = preface.changes.iter().map(heard).collect();
-        let course = Change::check_course(&scene, &changes);
-        course.map_err(|(sequence, error)| {
-            RecordingError::field(&path, "changes", format!("wrong in entry {sequence}: {error}"), "those of a log")
-        })?;
         let first = recording.leaves(0);
         let first = first.ok_or_else(|| RecordingError::field(&path, "blocks", 0, "at least 1"))?;
         let skipped = (replay.from_s * TICKS_PER_SECOND as f64) as i64;
@@ -55,17 +51,29 @@ impl Ocean {
             RecordingError::field(&path, "beginning", format!("{} s", replay.from_s), bound)
         })?;
         let round = replay.repeat.then(|| round_of(&recording, begins, &scene)).transpose()?;
-        // What happened before is part of the sea.
-        let mut passed = Vec::new();
-        for block in 0..from {
-            if !recording.is_of_frames(block) {
-                passed.push(recording.block(block)?);
+        // What was announced before is part of the sea.
+        let mut changes: Vec<Change> = preface.changes.iter().map(heard).collect();
+        let mut taken = preface.taken.clone();
+        for block in (0..from).filter(|block| !recording.is_of_frames(*block)).collect::<Vec<_>>() {
+            match recording.block(block)? {
+                Block::Change(change) => changes.push(heard(&change)),
+                Block::Taken(new) => taken = new,
+                Block::Frames { .. } => {}
             }
+        }
+        let course = Change::check_course(&scene, &changes);
+        course.map_err(|(sequence, error)| {
+            RecordingError::field(&path, "changes", format!("wrong in entry {sequence}: {error}"), "those of a log")
+        })?;
+        let open = changes.iter().filter(|change| change.effective_tick > begins).count();
+        if open > MAX_OPEN {
+            let bound = format!("at most {MAX_OPEN}");
+            return Err(RecordingError::field(&path, "changes that are to come at the beginning", open, bound));
         }
         let epoch = Epoch {
             id: u64::from_str_radix(&preface.hello.epoch, 16)
                 .map_err(|_| RecordingError::field(&path, "hello.epoch", &preface.hello.epoch, "16 digits"))?,
-            unix_ns: Clock::unix_now_ns() - ns_of(begins - HEADSTART),
+            unix_ns: Clock::unix_now_ns().saturating_sub(ns_of(begins - HEADSTART)),
         };
         let store = Store::in_memory().and_then(|store| {
             store.begin(&scene, epoch)?;
@@ -75,14 +83,8 @@ impl Ocean {
         let store = store.map_err(|error| RecordingError::field(&path, "changes", error, "those of a log"))?;
         let begun = Begun { epoch, scene, changes, reached_tick: 0 };
         let (announce, announced) = channel();
-        for block in passed {
-            // Taken up at once, since the player begins behind them.
-            if let Block::Change(change) = block {
-                let _ = announce.send(change);
-            }
-        }
         let ocean = Self::with(store, begun, settings, |parts| {
-            let stage = Stage { publish: parts.publish, announce };
+            let stage = Stage { offer: Arc::new(Offer::new(&taken)), publish: parts.publish, announce };
             Source::Recording(Player::start(recording, from, round, parts.clock, stage))
         });
         let weak = Arc::downgrade(&ocean);
@@ -97,19 +99,9 @@ impl Ocean {
 fn follow(ocean: &Weak<Ocean>, announced: &Receiver<WireChange>) {
     while let Ok(change) = announced.recv() {
         let Some(ocean) = ocean.upgrade() else { return };
-        let change = heard(&change);
-        let current = ocean.current();
-        if change.sequence != current.sequence + 1 || current.timeline.check(&change).is_err() {
-            tracing::error!(change.sequence, "the recording has a change that does not fit");
-            continue;
+        if let Err(problem) = ocean.take_up(heard(&change)) {
+            tracing::error!(change.sequence, ?problem, "the recording has a change that does not fit");
         }
-        let next = Arc::new(current.timeline.with(change.clone(), ocean.tick()));
-        if let Err(error) = ocean.store.append(&change, None) {
-            tracing::error!(%error, "log");
-        }
-        ocean.adopt(Current { sequence: change.sequence, timeline: next });
-        let hello = CrossFade::of(&change).map(|_| ocean.hello());
-        ocean.bulletin.post_change(told(&change), hello);
     }
 }
 

@@ -52,7 +52,7 @@ pub struct Taken {
     pub bytes: usize,
     /// The client had fallen behind and was moved to the newest batch.
     pub jumped: bool,
-    /// When the last batch was ready of which all that is wanted has been given, microseconds of server time.
+    /// When the first batch was ready of which all that is wanted has been given, microseconds of server time.
     pub ready_us: Option<i64>,
 }
 
@@ -122,7 +122,7 @@ impl Ring {
                 }
             }
             if cursor.given {
-                taken.ready_us = Some(*at_us);
+                taken.ready_us.get_or_insert(*at_us);
             }
             *cursor = Cursor { batch: cursor.batch + 1, ..Cursor::default() };
         }

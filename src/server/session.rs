@@ -11,10 +11,12 @@ use tokio_websockets::Message;
 
 use super::allowance::Allowance;
 use super::bulletin::Reader;
+use super::client::Client;
+use super::egress::Admitted;
 use super::farewell::{End, OVERFLOW};
 use super::flows::{Flows, Granted, at_quality, first_tick};
 use super::hello::reach;
-use super::ocean::{Client, Ocean};
+use super::ocean::Ocean;
 use super::quality::Ladder;
 use super::requests;
 use super::ring::Cursor;
@@ -23,8 +25,8 @@ use super::stream::Stream;
 use crate::engine::interval_of_rate;
 use crate::sea::Layout;
 use crate::wire::{
-    ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, Points, PointsSubscribed, RATES_HZ, ServerMessage,
-    Subscribe, Subscribed, TICKS_PER_SECOND, TimeAnswer, UnitName, UnitRate,
+    ClientError, ClientMessage, ErrorCode, MAX_MESSAGE_BYTES, Points, PointsSubscribed, Quality, RATES_HZ,
+    ServerMessage, Subscribe, Subscribed, TICKS_PER_SECOND, TimeAnswer, UnitName, UnitRate,
 };
 
 /// Most answers that wait for the socket; a client that asks for more without reading is closed.
@@ -43,7 +45,7 @@ const BURST: usize = 64 << 10;
 const STALE: i64 = TICKS_PER_SECOND / 4;
 
 /// Serves one client until it, or the server, ends the connection.
-pub async fn serve(ocean: Arc<Ocean>, socket: Socket) {
+pub async fn serve(ocean: Arc<Ocean>, socket: Socket, admitted: Admitted) {
     let stream = Stream::new(socket, MAX_MESSAGE_BYTES);
     let Some(client) = ocean.join() else {
         ocean.metrics.refused();
@@ -53,7 +55,7 @@ pub async fn serve(ocean: Arc<Ocean>, socket: Socket) {
     let end = session.run().await;
     let Session { client, mut stream, mut lane, ocean, .. } = session;
     // Its units may rest now: the close itself takes time.
-    drop(client);
+    drop((client, admitted));
     while let Some(answer) = lane.pop_front() {
         stream.send(answer.stamped(&ocean));
     }
@@ -198,7 +200,13 @@ impl Session {
                 stream.send(Message::binary(frame));
             },
         );
-        self.on_its_way = taken.ready_us;
+        match taken.ready_us {
+            // The last of it is with the system already; what followed was for others.
+            Some(ready_us) if taken.frames == 0 => {
+                self.ocean.metrics.sending.observe(self.ocean.clock.now_us() - ready_us);
+            }
+            ready_us => self.on_its_way = ready_us,
+        }
         if taken.frames > 0 {
             self.ocean.metrics.sent(taken.frames, taken.bytes as u64);
         }
@@ -299,9 +307,11 @@ impl Session {
         let quality = self.ladder.quality();
         let timeline = self.ocean.current().timeline;
         let levels = |cascade| timeline.life_of(cascade).map_or(1, |(_, life)| life.cascade.levels());
-        let units = at_quality(&self.granted, quality, levels);
-        // Where there is no room for coarser units, the client goes on as it is: the next rung may do.
-        let Ok(units) = self.client.subscribe(&units) else { return };
+        let units = |quality| self.client.subscribe(&at_quality(&self.granted, quality, levels));
+        // Where coarser units can't be had, fewer frames of the finer ones can.
+        let finer = Quality { coarser: 0, ..quality };
+        let asked = [quality, finer].into_iter().find_map(|quality| Some((quality, units(quality).ok()?)));
+        let Some((quality, units)) = asked else { return };
         let begun = self.ocean.tick() + reach();
         let new = self.flows.replace(&units, self.keys, begun, self.ocean.source.grid());
         self.client.join_units(new);

@@ -62,6 +62,7 @@ impl Socket {
         match result {
             Poll::Ready(Ok(n)) => {
                 self.written += n as u64;
+                self.stalled = false;
                 Poll::Ready(Ok(n))
             }
             Poll::Ready(Err(error)) => Poll::Ready(Err(error)),

@@ -52,12 +52,12 @@ impl Stream {
                     result.map_err(|_| None)?;
                     (self.flushing, self.pongs, flushed) = (false, 0, true);
                 }
-                Poll::Pending if self.stream.get_ref().stalled() => return Poll::Ready(Err(Some(STALLED))),
                 Poll::Pending => {}
             }
         }
         if self.flushing && self.pongs >= PONGS {
-            return Poll::Pending;
+            let stalled = self.stream.get_ref().stalled();
+            return if stalled { Poll::Ready(Err(Some(STALLED))) } else { Poll::Pending };
         }
         match self.stream.poll_next_unpin(cx) {
             Poll::Ready(Some(Ok(message))) if message.is_close() => Poll::Ready(Err(Some(End::Answer))),
@@ -77,6 +77,8 @@ impl Stream {
             Poll::Ready(Some(Err(error))) => Poll::Ready(Err(end_of(&error))),
             Poll::Ready(None) => Poll::Ready(Err(None)),
             Poll::Pending if flushed => Poll::Ready(Ok(None)),
+            // Told once, and by no waker: whichever of the two has tried to write.
+            Poll::Pending if self.stream.get_ref().stalled() => Poll::Ready(Err(Some(STALLED))),
             Poll::Pending => Poll::Pending,
         }
     }

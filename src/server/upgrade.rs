@@ -28,29 +28,29 @@ const RETRY_S: u32 = 5;
 /// [`Problem`] for anything but a WebSocket upgrade of our subprotocol from an allowed origin.
 pub async fn stream(State(ocean): State<Arc<Ocean>>, request: Request) -> Result<Response, Problem> {
     let admit = || {
-        if ocean.egress.admit() {
-            return Ok(());
-        }
-        ocean.metrics.refused();
-        let detail = "as many bytes leave this server as may; nobody else is let in";
-        Err(refuse(StatusCode::SERVICE_UNAVAILABLE, "egress", detail).retry_after(RETRY_S))
+        ocean.egress.admit().ok_or_else(|| {
+            ocean.metrics.refused();
+            let detail = "as many bytes leave this server as may; nobody else is let in";
+            refuse(StatusCode::SERVICE_UNAVAILABLE, "egress", detail).retry_after(RETRY_S)
+        })
     };
     let serve = Arc::clone(&ocean);
-    open(request, &ocean.settings.allowed_origins, admit, |socket| session::serve(serve, socket))
+    open(request, &ocean.settings.allowed_origins, admit, |socket, admitted| session::serve(serve, socket, admitted))
 }
 
 /// Answers an upgrade request from an allowed origin that `admit` lets in, and starts `serve` on its connection.
 ///
 /// # Errors
 /// As [`stream`].
-pub fn open<S, F>(
+pub fn open<T, S, F>(
     mut request: Request,
     allowed_origins: &[String],
-    admit: impl FnOnce() -> Result<(), Problem>,
+    admit: impl FnOnce() -> Result<T, Problem>,
     serve: S,
 ) -> Result<Response, Problem>
 where
-    S: FnOnce(Socket) -> F + Send + 'static,
+    T: Send + 'static,
+    S: FnOnce(Socket, T) -> F + Send + 'static,
     F: Future<Output = ()> + Send + 'static,
 {
     let headers = request.headers();
@@ -80,12 +80,12 @@ where
         return Err(refusal.at("Sec-WebSocket-Protocol").found(offered).allowed(SUBPROTOCOL));
     }
     check_origin(headers, allowed_origins)?;
-    admit()?;
+    let admitted = admit()?;
     let mut hash = sha1_smol::Sha1::new();
     hash.update(key);
     hash.update(GUID);
     let accept = STANDARD.encode(hash.digest().bytes());
-    tokio::spawn(take_over(upgrading, serve));
+    tokio::spawn(take_over(upgrading, |socket| serve(socket, admitted)));
     let headers = [
         (header::CONNECTION, "upgrade"),
         (header::UPGRADE, "websocket"),
