@@ -12,7 +12,8 @@ pub struct SentFrame {
     pub unit: UnitName,
     /// Its tick.
     pub tick: i64,
-    /// How many frames of the lowest rate must be held to read it; [`BETWEEN`]: those on both sides of it.
+    /// How many frames of the lowest rate must be held to read it;
+    /// [`BETWEEN`](crate::wire::BETWEEN): those on both sides of it.
     pub depth: u8,
     /// All its bytes.
     pub bytes: Bytes,

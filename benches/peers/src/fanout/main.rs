@@ -108,17 +108,20 @@ fn options(url: &str, clients: u32, seconds: f64, calibrate: bool) -> Result<Loa
 }
 
 fn row(kib: usize, clients: u32, ours: &Report, axum: &Report) -> Result<String> {
-    let raw = &ours.calibration.as_ref().context("it was calibrated")?.findings;
+    let calibration = ours.calibration.as_ref().context("it was calibrated")?;
+    let (raw, alone) = (&calibration.findings, calibration.fan_out_ratio.filter(|_| clients > 1));
     let all: [&Findings; 3] = [&ours.load, raw, &axum.load];
     let cells = |of: &dyn Fn(&Findings) -> String| all.map(of).join(" / ");
     let rate = |findings: &Findings| findings.server.bytes_per_cpu_second.unwrap_or(f64::NAN);
     Ok(format!(
-        "| {kib} | {clients} | {} | {} | {} | **{:.0} %** | **{:.1}** | {} | {} |\n",
+        "| {kib} | {clients} | {} | {} | {} | {:.0} % | {} | {:.1} | {:.1} | {} | {} |\n",
         cells(&|findings| format!("{:.0}", findings.received_mbps / 8.0)),
         cells(&|findings| format!("{:.2}", findings.server.cpu.unwrap_or(f64::NAN))),
         cells(&|findings| format!("{:.0}", rate(findings) / 1e6)),
         rate(&ours.load) / rate(raw) * 1e2,
+        alone.map_or("-".to_owned(), |ratio| format!("{:.0} %", ratio * 1e2)),
         rate(&ours.load) / rate(&axum.load),
+        rate(raw) / rate(&axum.load),
         cells(&|findings| findings.steady.age_ms.map_or("-".to_owned(), |age| format!("{:.0}", age.p99))),
         cells(&|findings| format!("{:.0} %", findings.steady.gap_share * 1e2)),
     ))
@@ -127,10 +130,10 @@ fn row(kib: usize, clients: u32, ours: &Report, axum: &Report) -> Result<String>
 const PAGE: &str = "\
 # What fan-out costs
 
-Frames of one length, 15 a second, to a crowd of `swellcast load` on the same machine. Each cell has **ours** (`swellcast replay` of a recording of such frames) / **raw** sockets (the calibrator: one task a client, header and payload encoded once, written with nothing in between) / **axum** (its own `ws`: one task a client, `send` of shared bytes). MB/s is what the crowd received, cores what the server's process used, and MB per CPU second one by the other: that is what is compared. Where the machine is full, a client that is behind is moved to the newest frames by ours, and misses a tick at the raw sockets; axum's fall further and further behind until they are disconnected.
+Frames of one length, 15 a second, to a crowd of `swellcast load` on the same machine. Each cell has **ours** (`swellcast replay` of a recording of such frames) / **raw** sockets (the calibrator: one task a client, header and payload encoded once, written with nothing in between) / **axum** (its own `ws`: one task a client, `send` of shared bytes). MB/s is what the crowd received, cores what the server's process used, and MB per CPU second one by the other: that is what is compared. Where the machine is full, a client that is behind is moved to the newest frames by ours, and misses a tick at the raw sockets; so it does at axum's. \"Alone\" is what the crowd costs beyond its first client. Ours also answers each client's time and tells it once a second how the sea is; the raw sockets do neither.
 
 Written by `cargo run --release --manifest-path benches/peers/Cargo.toml --bin fanout -- 8 docs/fanout.md` (`just fanout`), on two shared cores that held the crowd, too.
 
-| KiB a frame | clients | MB/s | cores | MB per CPU second | ours of raw | ours of axum, times | age p99, ms | missing |
-|---|---|---|---|---|---|---|---|---|
+| KiB a frame | clients | MB/s | cores | MB per CPU second | ours of raw | alone | ours of axum, times | raw of axum, times | age p99, ms | missing |
+|---|---|---|---|---|---|---|---|---|---|---|
 ";
