@@ -31,7 +31,7 @@ pub fn write(path: &Path, bytes: usize) -> Result<()> {
     let taken = Taken { rate_hz: 15, units: vec![UNIT.into()] };
     let scene = serde_json::to_value(SceneFile::from(&scene))?;
     let lead = hello.lead_ticks;
-    let preface = Preface { hello, scene, changes: Vec::new(), taken, unix_ns_of_tick_0: 0 };
+    let preface = Preface { hello, scene, changes: Vec::new(), taken };
     let mut writer = RecordingWriter::create(path, &preface)?;
     let mut frame: Vec<u8> = (0..bytes as u32).map(|at| (at.wrapping_mul(0x9e37_79b9) >> 24) as u8).collect();
     for tick in (TICKS_PER_SECOND..(1 + SECONDS) * TICKS_PER_SECOND).step_by(SLOWEST_INTERVAL as usize) {
