@@ -141,6 +141,7 @@ pub struct Connection<N> {
     subscriptions: u64,
     decoder: Decoder,
     fares: Fares,
+    reports: bool,
     closed: Option<Closed>,
 }
 
@@ -186,6 +187,7 @@ impl<N: Fn() -> i64> Connection<N> {
             subscriptions: 0,
             decoder: Decoder::new(MAX_SAMPLES as usize),
             fares: Fares::default(),
+            reports: true,
             closed: None,
         })
     }
@@ -198,6 +200,11 @@ impl<N: Fn() -> i64> Connection<N> {
         let units = units.into_iter().map(UnitRate::from).collect();
         self.send(&ClientMessage::Subscribe(Subscribe { id, rate_hz, units, keys })).await;
         id
+    }
+
+    /// Tells the server no more how this client fares: for one that shows nothing, and would have it all however late.
+    pub fn stop_reports(&mut self) {
+        self.reports = false;
     }
 
     /// The shared clock.
@@ -255,7 +262,8 @@ impl<N: Fn() -> i64> Connection<N> {
             self.asked.push_back(now);
             self.send(&ClientMessage::Time(Time { t0: now as f64 })).await;
         }
-        if self.beats.is_multiple_of(BEATS_OF_REPORT)
+        if self.reports
+            && self.beats.is_multiple_of(BEATS_OF_REPORT)
             && let Some(report) = self.server_us().and_then(|server_us| self.fares.report(server_us))
         {
             self.send(&ClientMessage::Report(report)).await;

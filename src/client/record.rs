@@ -66,6 +66,7 @@ pub async fn record(
     mut progress: impl FnMut(Recorded),
 ) -> Result<Recorded> {
     let mut connection = Connection::open(&arguments.url, &now_us).await?;
+    connection.stop_reports();
     let begun_us = now_us();
     let end = arguments.seconds.unwrap_or(f64::INFINITY);
     ensure!(end > 0.0, "--seconds is {end}, must be above 0");
