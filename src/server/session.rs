@@ -123,8 +123,11 @@ impl Session {
 
     async fn run(&mut self) -> Option<End> {
         let (mut pulse, closing) = (self.ocean.bulletin.pulse(), self.ocean.bulletin.closing());
+        // Something may be due that was not looked for yet.
+        let mut due = true;
         loop {
-            // Whatever happens from here on wakes the wait below.
+            // Whatever happens from here on wakes the wait below. An error: nothing more will happen.
+            due |= pulse.has_changed().unwrap_or(true);
             pulse.mark_unchanged();
             if *closing.borrow() {
                 return Some(End::Close(1001, "the server shuts down"));
@@ -133,34 +136,44 @@ impl Session {
             if beats - self.heard > self.ocean.settings.silence.as_secs() {
                 return None;
             }
-            if !self.stream.flushing()
-                && let Err(end) = self.fill(beats)
-            {
-                return Some(end);
+            if due && !self.stream.flushing() {
+                match self.fill(beats) {
+                    Ok(more) => due = more,
+                    Err(end) => return Some(end),
+                }
             }
             let seen = tokio::select! {
                 biased;
                 seen = poll_fn(|cx| self.stream.look(cx)) => seen,
-                _ = pulse.changed() => continue,
+                _ = pulse.changed() => {
+                    due = true;
+                    continue;
+                }
             };
             match seen {
                 Ok(Some(message)) => {
                     self.heard = beats;
+                    due = true;
                     if let Err(end) = self.hear(&message) {
                         return Some(end);
                     }
                 }
-                Ok(None) => {}
+                Ok(None) => self.sent(),
                 Err(end) => return end,
             }
         }
     }
 
-    /// Hands the idle socket what is due.
-    fn fill(&mut self, beats: u64) -> Result<(), End> {
+    /// Counts what is with the system now.
+    fn sent(&mut self) {
         if let Some(ready_us) = self.on_its_way.take() {
             self.ocean.metrics.sending.observe(self.ocean.clock.now_us() - ready_us);
         }
+    }
+
+    /// Hands the idle socket what is due; whether there is more.
+    fn fill(&mut self, beats: u64) -> Result<bool, End> {
+        self.sent();
         while let Some(answer) = self.lane.pop_front() {
             let message = answer.stamped(&self.ocean);
             self.stream.send(message);
@@ -184,7 +197,7 @@ impl Session {
             self.stream.send(Message::binary(water));
         }
         if self.flows.is_empty() {
-            return Ok(());
+            return Ok(false);
         }
         if self.ladder.squeeze(self.ocean.egress.squeeze()) {
             self.change_quality();
@@ -218,7 +231,8 @@ impl Session {
         }
         let lost = self.flows.lost();
         self.client.join_units(lost);
-        Ok(())
+        // What didn't fit into one go, and what a change of quality has to say.
+        Ok(taken.bytes >= BURST || !self.lane.is_empty())
     }
 
     fn hear(&mut self, message: &Message) -> Result<(), End> {
