@@ -70,8 +70,11 @@ async fn key_frames_come_each_second_to_who_asks_and_to_nobody_else() {
         let first = frames.keys().next().unwrap().0;
         let later = frames.values().filter(|frame| frame.header.tick > first + 960);
         let keys: Vec<u64> = later.filter(|frame| frame.header.depth == 0).map(|frame| frame.header.tick).collect();
-        assert!(keys.iter().all(|tick| tick % 7200 == 0), "{keys:?}");
-        assert!(keys.is_empty() != asked, "{keys:?}");
+        let on_seconds = keys.iter().filter(|tick| **tick % 7200 == 0).count();
+        // A busy machine passes over ticks: whoever lacks one begins anew.
+        let skipped = served.ocean.counters().skipped_frames as usize;
+        assert!(keys.len() - on_seconds <= skipped, "{keys:?}, {skipped} ticks skipped");
+        assert!((on_seconds > 0) == asked || (!asked && skipped > 0), "{keys:?}, {skipped} ticks skipped");
     }
     served.stop().await;
 }
