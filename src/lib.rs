@@ -21,6 +21,9 @@ pub mod tile;
 pub mod engine;
 
 #[cfg(feature = "server")]
+pub mod accuracy;
+
+#[cfg(feature = "server")]
 pub mod control;
 
 #[cfg(feature = "server")]

@@ -3,11 +3,13 @@
 mod direct;
 mod foam;
 mod grid;
+mod lattice;
 mod probe;
 mod trochoid;
 
 pub use direct::{Point, at};
 pub use foam::{foam, jacobian};
 pub use grid::fields;
+pub use lattice::lattice;
 pub use probe::{Probe, probe};
 pub use trochoid::{Orbits, kepler, noise, trochoids};

@@ -14,12 +14,12 @@ const ORDER: [&str; 16] = [
     "reference",
     "tile",
     "engine",
+    "accuracy",
     "control",
     "recording",
     "server",
     "client",
     "load",
-    "accuracy",
     "cli",
 ];
 
