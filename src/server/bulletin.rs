@@ -2,7 +2,7 @@
 //! newest status. One text for all.
 
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 
 use tokio::sync::watch;
@@ -20,6 +20,8 @@ pub struct Bulletin {
     /// Counts postings, so that a session looks only when there is something.
     version: AtomicU64,
     beat: AtomicU64,
+    /// Sessions were woken since the last beat.
+    woken: AtomicBool,
     pulse: watch::Sender<()>,
     closing: watch::Sender<bool>,
 }
@@ -69,6 +71,7 @@ impl Bulletin {
             held: Mutex::default(),
             version: AtomicU64::new(0),
             beat: AtomicU64::new(0),
+            woken: AtomicBool::new(false),
             pulse: watch::Sender::new(()),
             closing: watch::Sender::new(false),
         }
@@ -76,6 +79,7 @@ impl Bulletin {
 
     /// Wakes every session. Called on the engine's thread, too: does nothing but wake.
     pub fn wake(&self) {
+        self.woken.store(true, Relaxed);
         self.pulse.send_replace(());
     }
 
@@ -99,9 +103,10 @@ impl Bulletin {
                 held.changes.pop_front();
             }
         });
+        self.wake();
     }
 
-    /// Posts the status; the one before it is worthless.
+    /// Posts the status; the one before it is worthless. Wakes nobody: it goes with what is due next, or with the beat.
     pub fn post_status(&self, status: Status) {
         let text = Message::text(ServerMessage::Status(status).to_json());
         self.post(|held| {
@@ -110,10 +115,14 @@ impl Bulletin {
         });
     }
 
-    /// Counts a second: by it sessions measure silence.
+    /// Counts a second: by it sessions measure silence. Wakes them unless something else has: while frames leave, waking
+    /// a thousand sessions once more costs as much as a frame.
     pub fn beat(&self) {
         self.beat.fetch_add(1, Relaxed);
-        self.wake();
+        if !self.woken.load(Relaxed) {
+            self.wake();
+        }
+        self.woken.store(false, Relaxed);
     }
 
     /// Seconds counted so far.
@@ -166,11 +175,8 @@ impl Bulletin {
     }
 
     fn post(&self, change: impl FnOnce(&mut Held)) {
-        {
-            let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
-            change(&mut held);
-            self.version.fetch_add(1, Relaxed);
-        }
-        self.wake();
+        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        change(&mut held);
+        self.version.fetch_add(1, Relaxed);
     }
 }

@@ -67,14 +67,17 @@ async fn count_seconds(ocean: &Arc<Ocean>) {
     seconds.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         // A change of backend is told at once.
-        tokio::select! {
-            _ = seconds.tick() => {
-                ocean.bulletin.beat();
-                ocean.egress.beat(ocean.clock.now_us(), ocean.metrics.bytes_sent(), ocean.clients());
-            }
-            () = ocean.backend_changed.notified() => {}
-        }
+        let on_time = tokio::select! {
+            _ = seconds.tick() => true,
+            () = ocean.backend_changed.notified() => false,
+        };
         ocean.refresh_status().await;
+        if on_time {
+            ocean.bulletin.beat();
+            ocean.egress.beat(ocean.clock.now_us(), ocean.metrics.bytes_sent(), ocean.clients());
+        } else {
+            ocean.bulletin.wake();
+        }
         ocean.note_time().await;
         ocean.retire().await;
         ocean.probes.rest(ocean.tick());

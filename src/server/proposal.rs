@@ -126,7 +126,10 @@ impl Ocean {
             let answer = ocean.decide(proposal, arrived).await;
             if answer.is_ok() {
                 let ocean = Arc::clone(&ocean);
-                tokio::spawn(async move { ocean.refresh_status().await });
+                tokio::spawn(async move {
+                    ocean.refresh_status().await;
+                    ocean.bulletin.wake();
+                });
             }
             answer
         });
@@ -187,6 +190,7 @@ impl Ocean {
         self.store.append(&change, None)?;
         self.put_in_force(change, next, None, &mut gate);
         self.compose_status();
+        self.bulletin.wake();
         Ok(())
     }
 

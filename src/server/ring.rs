@@ -52,6 +52,8 @@ pub struct Taken {
     pub bytes: usize,
     /// The client had fallen behind and was moved to the newest batch.
     pub jumped: bool,
+    /// There is more, which the budget did not reach.
+    pub more: bool,
     /// When the first batch was ready of which all that is wanted has been given, microseconds of server time.
     pub ready_us: Option<i64>,
 }
@@ -111,7 +113,7 @@ impl Ring {
             }
             while let Some(frame) = batch.frames.get(cursor.frame) {
                 if taken.bytes >= budget {
-                    return taken;
+                    return Taken { more: true, ..taken };
                 }
                 cursor.frame += 1;
                 if wants(frame) {

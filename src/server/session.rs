@@ -6,6 +6,7 @@
 use std::collections::VecDeque;
 use std::future::poll_fn;
 use std::sync::Arc;
+use std::task::Poll;
 
 use tokio_websockets::Message;
 
@@ -142,9 +143,18 @@ impl Session {
                     Err(end) => return Some(end),
                 }
             }
+            let (stream, on_its_way, ocean) = (&mut self.stream, &mut self.on_its_way, &self.ocean);
+            let look = poll_fn(|cx| match stream.look(cx) {
+                // All is with the system and nothing is due; the look has asked for what comes next already.
+                Poll::Ready(Ok(None)) if !due => {
+                    sent(ocean, on_its_way);
+                    Poll::Pending
+                }
+                seen => seen,
+            });
             let seen = tokio::select! {
                 biased;
-                seen = poll_fn(|cx| self.stream.look(cx)) => seen,
+                seen = look => seen,
                 _ = pulse.changed() => {
                     due = true;
                     continue;
@@ -158,22 +168,15 @@ impl Session {
                         return Some(end);
                     }
                 }
-                Ok(None) => self.sent(),
+                Ok(None) => sent(&self.ocean, &mut self.on_its_way),
                 Err(end) => return end,
             }
         }
     }
 
-    /// Counts what is with the system now.
-    fn sent(&mut self) {
-        if let Some(ready_us) = self.on_its_way.take() {
-            self.ocean.metrics.sending.observe(self.ocean.clock.now_us() - ready_us);
-        }
-    }
-
     /// Hands the idle socket what is due; whether there is more.
     fn fill(&mut self, beats: u64) -> Result<bool, End> {
-        self.sent();
+        sent(&self.ocean, &mut self.on_its_way);
         while let Some(answer) = self.lane.pop_front() {
             let message = answer.stamped(&self.ocean);
             self.stream.send(message);
@@ -232,7 +235,7 @@ impl Session {
         let lost = self.flows.lost();
         self.client.join_units(lost);
         // What didn't fit into one go, and what a change of quality has to say.
-        Ok(taken.bytes >= BURST || !self.lane.is_empty())
+        Ok(taken.more || !self.lane.is_empty())
     }
 
     fn hear(&mut self, message: &Message) -> Result<(), End> {
@@ -356,6 +359,13 @@ impl Session {
         let rate = |interval: i64| Some((TICKS_PER_SECOND / interval) as u32).filter(|rate| *rate != subscribe.rate_hz);
         let units = granted.into_iter().map(|(unit, interval)| UnitRate { unit, rate_hz: rate(interval) }).collect();
         Ok(Subscribed { id: subscribe.id, rate_hz: subscribe.rate_hz, units, from_tick })
+    }
+}
+
+/// Counts what is with the system now.
+fn sent(ocean: &Ocean, on_its_way: &mut Option<i64>) {
+    if let Some(ready_us) = on_its_way.take() {
+        ocean.metrics.sending.observe(ocean.clock.now_us() - ready_us);
     }
 }
 

@@ -1,7 +1,8 @@
 //! Fan-out of frames of three lengths to three crowds: ours beside raw sockets and beside axum's own WebSocket, in one run.
 //!
-//! `cargo run --release --manifest-path benches/peers/Cargo.toml --bin fanout -- [SECONDS] [PAGE]` (`just fanout`). Each
-//! server is a process of its own, this program again; the crowd is that of `swellcast load`, on the same machine.
+//! `cargo run --release --manifest-path benches/peers/Cargo.toml --bin fanout -- [SECONDS] [PAGE or KIB:CLIENTS..]`
+//! (`just fanout`). Each server is a process of its own, this program again; the crowd is that of `swellcast load`, on the
+//! same machine. With `128:100 128:100` only those rows are measured, in that order.
 
 mod axum_ws;
 mod tape;
@@ -71,29 +72,45 @@ impl Drop for Served {
 
 async fn bench(arguments: &[String]) -> Result<()> {
     let seconds = arguments.first().map_or(Ok(8.0), |seconds| seconds.parse::<f64>())?;
+    let rows: Vec<(usize, u32)> = arguments.iter().skip(1).filter_map(|argument| pair(argument)).collect();
+    if !rows.is_empty() {
+        print!("{PAGE}");
+        for (kib, clients) in rows {
+            print!("{}", measured(kib, clients, seconds).await?);
+        }
+        return Ok(());
+    }
     let mut page = PAGE.to_owned();
     print!("{PAGE}");
-    for kib in KIB {
-        let tape = std::env::temp_dir().join(format!("swellcast-fanout-{}-{kib}.swr", std::process::id()));
-        tape::write(&tape, kib << 10)?;
-        for clients in CLIENTS {
-            let run = async |kind: &str, calibrate: bool| -> Result<Report> {
-                let served = Served::start(kind, &tape)?;
-                let arguments = options(&served.url, clients, seconds, calibrate)?;
-                load::run(&arguments, Clock::start(Clock::unix_now_ns()), |_| {}).await
-            };
-            let ours = run("ours", true).await.context("ours")?;
-            let axum = run("axum", false).await.context("axum")?;
-            let row = row(kib, clients, &ours, &axum)?;
-            print!("{row}");
-            page += &row;
-        }
-        std::fs::remove_file(&tape)?;
+    for (kib, clients) in KIB.iter().flat_map(|kib| CLIENTS.map(|clients| (*kib, clients))) {
+        let row = measured(kib, clients, seconds).await?;
+        print!("{row}");
+        page += &row;
     }
     if let Some(path) = arguments.get(1) {
         std::fs::write(path, page)?;
     }
     Ok(())
+}
+
+fn pair(argument: &str) -> Option<(usize, u32)> {
+    let (kib, clients) = argument.split_once(':')?;
+    Some((kib.parse().ok()?, clients.parse().ok()?))
+}
+
+/// A row of the table.
+async fn measured(kib: usize, clients: u32, seconds: f64) -> Result<String> {
+    let tape = std::env::temp_dir().join(format!("swellcast-fanout-{}-{kib}.swr", std::process::id()));
+    tape::write(&tape, kib << 10)?;
+    let run = async |kind: &str, calibrate: bool| -> Result<Report> {
+        let served = Served::start(kind, &tape)?;
+        let arguments = options(&served.url, clients, seconds, calibrate)?;
+        load::run(&arguments, Clock::start(Clock::unix_now_ns()), |_| {}).await
+    };
+    let ours = run("ours", true).await.context("ours")?;
+    let axum = run("axum", false).await.context("axum")?;
+    std::fs::remove_file(&tape)?;
+    row(kib, clients, &ours, &axum)
 }
 
 fn options(url: &str, clients: u32, seconds: f64, calibrate: bool) -> Result<LoadArguments> {
