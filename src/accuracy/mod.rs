@@ -3,10 +3,38 @@
 //!
 //! Invariant: errors and bytes are functions of (scene, seed, tick) alone; only times belong to the machine.
 
+mod arithmetic;
+mod axis;
+mod claim;
 mod errors;
+mod foam;
+mod ground;
+mod inverse;
+mod model;
+mod normals;
+mod playback;
+mod received;
 mod report;
+mod resolution;
+mod stages;
+mod stream;
+mod sweep;
 mod timing;
+mod waves;
 
+pub use arithmetic::arithmetic;
+pub use claim::{ChannelClaim, claims};
 pub use errors::{Errors, Particle};
-pub use report::{Axis, Machine, Measure, Point, Report, STAGES, StageRow};
+pub use foam::foam;
+pub use ground::{Ground, hs_m, spots};
+pub use inverse::inverse;
+pub use model::{left_out_by_trochoids, model, trochoid_sea};
+pub use normals::normals;
+pub use playback::{Between, KERNELS, between_frames, playback};
+pub use report::{Axis, Cost, Machine, Measure, Point, Report, STAGES, StageRow};
+pub use resolution::{band, cascades, grid};
+pub use stages::stages;
+pub use stream::stream;
+pub use sweep::{Progress, Sweep, sweep};
 pub use timing::{Times, interleaved};
+pub use waves::{ByCell, by_cell, dispersion, energy, narrow_swell, time};

@@ -48,8 +48,10 @@ pub struct Axis {
     pub name: String,
     /// What is compared with what, in a sentence or two.
     pub about: String,
-    /// By which error its front is drawn.
+    /// By which error its front is drawn ...
     pub measure: Measure,
+    /// ... and by which cost.
+    pub cost: Cost,
     /// Its settings.
     pub points: Vec<Point>,
 }
@@ -66,6 +68,16 @@ pub enum Measure {
     Normal,
     /// [`Errors::foam`].
     Foam,
+}
+
+/// A cost that a front is drawn by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cost {
+    /// [`Point::time`].
+    Time,
+    /// [`Point::bytes_per_s`].
+    Bytes,
 }
 
 /// One setting, what it errs and what it costs.
@@ -128,7 +140,7 @@ impl Axis {
     /// dearer. Times are surely different where their quartiles don't meet, so that a noisy machine marks the same
     /// points again. A point without an error or a cost is never marked.
     pub fn mark_front(&mut self) {
-        let known = |point: &Point| Some((self.measure.of(&point.errors)?, point.cost()?));
+        let known = |point: &Point| Some((self.measure.of(&point.errors)?, self.cost.of(point)?));
         let points: Vec<Option<(f64, [f64; 2])>> = self.points.iter().map(known).collect();
         let beaten = |(error, [low, high]): (f64, [f64; 2])| {
             points.iter().flatten().any(|(other, [least, most])| {
@@ -140,11 +152,13 @@ impl Axis {
     }
 }
 
-impl Point {
-    /// What it costs, between its quartiles: milliseconds, or bytes a second where no time was measured.
-    pub fn cost(&self) -> Option<[f64; 2]> {
-        let time = self.time.map(|time| [time.lower_ms, time.upper_ms]);
-        time.or_else(|| self.bytes_per_s.map(|bytes| [bytes, bytes]))
+impl Cost {
+    /// That of a point where it was measured, milliseconds between its quartiles or bytes a second.
+    pub fn of(self, point: &Point) -> Option<[f64; 2]> {
+        match self {
+            Self::Time => point.time.map(|time| [time.lower_ms, time.upper_ms]),
+            Self::Bytes => point.bytes_per_s.map(|bytes| [bytes, bytes]),
+        }
     }
 }
 

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::tile::DecodedFrame;
+use crate::tile::{DecodedFrame, lagrange};
 use crate::wire::{FrameHeader, Hello, HelloCascade, REST_TICKS, TICKS_PER_SECOND, TILE, UnitName};
 
 /// Frames held of one tile: at 60 Hz the server is 14 ahead, and interpolation needs two behind.
@@ -183,6 +183,7 @@ impl Playback {
     pub fn sample(&self, key: TileKey, channel: usize, server_us: i64, out: &mut Vec<f32>) -> Option<Footing> {
         let (nodes, footing) = self.nodes(key, server_us)?;
         let weights = lagrange(&nodes.iter().map(|(from_now, _)| *from_now).collect::<Vec<_>>());
+        let weights: Vec<f32> = weights.into_iter().map(|weight| weight as f32).collect();
         let planes: Vec<&[f32]> =
             nodes.iter().map(|(_, tile)| tile.planes.get(channel).map_or(&[][..], Vec::as_slice)).collect();
         if planes.iter().any(|plane| plane.is_empty() || plane.len() != planes[0].len()) {
@@ -248,13 +249,4 @@ impl Playback {
 fn ticks_of_us(us: i64) -> f64 {
     let (seconds, rest) = (us.div_euclid(1_000_000), us.rem_euclid(1_000_000));
     seconds as f64 * TICKS_PER_SECOND as f64 + rest as f64 * (TICKS_PER_SECOND as f64 / 1e6)
-}
-
-/// Weights of values at `nodes` (different, relative to now) of the polynomial through them, now.
-fn lagrange(nodes: &[f64]) -> Vec<f32> {
-    let weight = |i: usize| {
-        let others = nodes.iter().enumerate().filter(|(j, _)| *j != i);
-        others.map(|(_, other)| other / (other - nodes[i])).product::<f64>() as f32
-    };
-    (0..nodes.len()).map(weight).collect()
 }

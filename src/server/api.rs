@@ -17,7 +17,7 @@ use super::fields::{MAX_BODY, read_body};
 use super::ocean::Ocean;
 use super::problem::Problem;
 use super::proposal::{Proposal, told};
-use super::{hello, metrics, plan, probe, upgrade, viewer};
+use super::{accuracy, hello, metrics, plan, probe, upgrade, viewer};
 use crate::scene::{CascadesFile, SceneFile};
 use crate::wire::TICKS_PER_SECOND;
 
@@ -42,6 +42,7 @@ pub fn router(ocean: Arc<Ocean>) -> Router {
         .route("/v1/scenes/{name}/log", get(log))
         .route("/v1/scenes/{name}/statistics", get(statistics))
         .route("/v1/scenes/{name}/plan", get(plan))
+        .route("/v1/scenes/{name}/accuracy", get(errors))
         .route("/v1/time", get(time))
         .route("/v1/stream", get(upgrade::stream))
         .route("/livez", get(async || text("alive\n")))
@@ -131,6 +132,27 @@ async fn plan(State(ocean): Served, name: Name) -> Result<Response, Problem> {
     Ok((tag(sequence), answer(StatusCode::OK, &body)).into_response())
 }
 
+/// What the stream errs now.
+async fn errors(State(ocean): Served, name: Name, RawQuery(query): RawQuery) -> Result<Response, Problem> {
+    served(&ocean, name)?;
+    let mut tick = None;
+    for (field, value) in pairs(query.as_deref()) {
+        let refuse = |bound: &str| Problem::value(field, value.into(), bound);
+        match field {
+            "tick" => tick = Some(value.parse().map_err(|_| refuse("a whole number"))?),
+            _ => return Err(refuse("tick")),
+        }
+    }
+    let (sequence, body) = accuracy::accuracy(&ocean, tick).await?;
+    Ok((tag(sequence), answer(StatusCode::OK, &body)).into_response())
+}
+
+/// Fields and values of a query.
+fn pairs(query: Option<&str>) -> impl Iterator<Item = (&str, &str)> {
+    let pairs = query.unwrap_or_default().split('&').filter(|pair| !pair.is_empty());
+    pairs.map(|pair| pair.split_once('=').unwrap_or((pair, "")))
+}
+
 async fn wind(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) -> Result<Response, Problem> {
     served(&ocean, name)?;
     let asked = ChangeBody::wind(&read_body(body, MAX_BODY).await?)?;
@@ -186,8 +208,7 @@ fn if_match(headers: &HeaderMap) -> Result<Option<Vec<u64>>, Problem> {
 async fn log(State(ocean): Served, name: Name, RawQuery(query): RawQuery) -> Result<Response, Problem> {
     served(&ocean, name)?;
     let (mut after, mut limit) = (0, PAGE);
-    for pair in query.unwrap_or_default().split('&').filter(|pair| !pair.is_empty()) {
-        let (field, value) = pair.split_once('=').unwrap_or((pair, ""));
+    for (field, value) in pairs(query.as_deref()) {
         let refuse = |bound: &str| Problem::value(field, value.into(), bound);
         match field {
             "after" => after = value.parse().map_err(|_| refuse("a whole number from 0"))?,

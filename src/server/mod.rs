@@ -3,6 +3,7 @@
 //! [`Ocean::start`] sets a sea under way, [`Ocean::replay`] one that was recorded; [`run`] serves it. Invariants: frames are never copied; a client costs its
 //! own task and a cursor, and nothing that it does or leaves undone holds up another.
 
+mod accuracy;
 mod allowance;
 mod api;
 mod bulletin;

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError, RwLock};
 use serde_json::Value;
 use tokio::task::spawn_blocking;
 
+use super::accuracy::Claims;
 use super::bulletin::Bulletin;
 use super::egress::Egress;
 use super::hello;
@@ -41,6 +42,7 @@ pub struct Ocean {
     pub(super) metrics: Metrics,
     pub(super) egress: Arc<Egress>,
     pub(super) costs: Costs,
+    pub(super) claims: Claims,
     pub(super) probes: Probes,
     pub(super) points: Arc<PointsBoard>,
     /// Told when frames come of another backend than before.
@@ -156,6 +158,7 @@ impl Ocean {
             egress: Arc::new(Egress::new(settings.egress_mbps)),
             settings,
             costs: Costs::default(),
+            claims: Claims::default(),
             probes: Probes::default(),
             points,
             backend_changed,

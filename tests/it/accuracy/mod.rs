@@ -1,0 +1,3 @@
+//! What accuracy costs: the laws of each axis, the report, and what is claimed of a stream.
+
+mod laws;
