@@ -115,8 +115,11 @@ fn by_reference(timeline: &Timeline, tick: i64) -> Vec<Planes> {
         let fields = reference::fields(&sea, cascade, tick, &Field::SPECTRAL);
         let jacobian = reference::jacobian(&fields[5], &fields[6], &fields[7]);
         let foam = timeline.scene().effects.foam.map(|foam| reference::foam(timeline, cascade, tick, &foam));
-        let assembled = [jacobian, foam.unwrap_or_default()];
-        fields.into_iter().chain(assembled).map(single).collect()
+        let mut planes: Planes = fields.into_iter().map(single).collect();
+        planes.resize(Field::ALL.len(), Vec::new());
+        planes[Field::Jacobian as usize] = single(jacobian);
+        planes[Field::Foam as usize] = single(foam.unwrap_or_default());
+        planes
     };
     let count = sea.cascades.len();
     let told = |cascade: usize| {
