@@ -5,6 +5,7 @@
 
 mod errors;
 mod report;
+pub mod serving;
 mod timing;
 
 pub use errors::{Errors, Particle};

@@ -112,6 +112,16 @@ impl Spectrum {
         self.dispersion.integrate(from, high, |k, omega, cg| self.over_wavenumber(k, omega, cg)) / self.m0
     }
 
+    /// Mean square of the slope of waves from one wavenumber to another, rad/m.
+    pub fn mean_square_slope(&self, from_k: f64, to_k: f64) -> f64 {
+        let Some((low, high)) = self.range() else { return 0.0 };
+        let (from, to) = (from_k.max(low), to_k.min(high));
+        if from >= to {
+            return 0.0;
+        }
+        self.dispersion.integrate(from, to, |k, omega, cg| k * k * self.over_wavenumber(k, omega, cg))
+    }
+
     /// Range of wavenumbers that holds energy, rad/m; `None` for a flat sea.
     pub fn range(&self) -> Option<(f64, f64)> {
         let systems = self.systems.iter().map(System::range);

@@ -5,6 +5,8 @@
 
 mod allowance;
 mod api;
+mod budget;
+mod budget_beat;
 mod bulletin;
 mod change_body;
 mod client;
@@ -20,6 +22,7 @@ mod listen;
 mod metrics;
 mod ocean;
 mod offer;
+mod pace;
 mod plan;
 mod player;
 mod points;
@@ -29,6 +32,7 @@ mod problem;
 mod process;
 mod proposal;
 mod quality;
+mod repick;
 mod replay;
 mod requests;
 mod ring;
@@ -43,6 +47,7 @@ mod told;
 mod upgrade;
 mod viewer;
 
+pub use budget::BUDGET_MS;
 pub use change_body::ChangeBody;
 #[doc(hidden)]
 pub use echo::echo;
