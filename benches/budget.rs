@@ -102,7 +102,8 @@ fn table<'a>(points: impl Iterator<Item = &'a Point>) -> String {
             (point.bytes_per_s.unwrap_or(0.0) * 8e-6, point.memory_bytes.unwrap_or(0) as f64 / 1_048_576.0);
         let (front, off) = (if point.front { "yes" } else { "" }, off(&point.errors));
         let (name, median, p95) = (&point.setting, time.median_ms, time.p95_ms);
-        writeln!(table, "| {name} | {median:.2} | {p95:.2} | {off} | {mbps:.1} | {mb:.0} | {front} |").expect("a string");
+        writeln!(table, "| {name} | {median:.2} | {p95:.2} | {off} | {mbps:.1} | {mb:.0} | {front} |")
+            .expect("a string");
     }
     table
 }
@@ -122,7 +123,8 @@ Written by `just budget` (`cargo bench --bench budget -- --write`) on {processor
 
 A server with a budget measures, on its own machine and backend, what a step takes at every setting: the first patches of
 its scene's layout and one finer, each on grids of 16 to 512 samples a side, with all the effects of the scene, encoding
-included. It picks the most accurate one whose 95th percentile leaves a fifth of the budget free, and brings the sea there
+included. The band of each is the widest that loses hardly more than the best: short waves have few samples, are badly read
+between them, and are better left to the next patch. It picks the most accurate one whose 95th percentile leaves a fifth of the budget free, and brings the sea there
 by a change of layout in the control log, so that clients stay in sync. `GET` tells what was picked, what it errs, and what
 is given up by it; `{{\"budget_ms\": null}}` ends it, and leaves the layout as it is.
 

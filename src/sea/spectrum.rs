@@ -112,14 +112,14 @@ impl Spectrum {
         self.dispersion.integrate(from, high, |k, omega, cg| self.over_wavenumber(k, omega, cg)) / self.m0
     }
 
-    /// Mean square of the slope of waves from one wavenumber to another, rad/m.
-    pub fn mean_square_slope(&self, from_k: f64, to_k: f64) -> f64 {
-        let Some((low, high)) = self.range() else { return 0.0 };
-        let (from, to) = (from_k.max(low), to_k.min(high));
-        if from >= to {
-            return 0.0;
-        }
-        self.dispersion.integrate(from, to, |k, omega, cg| k * k * self.over_wavenumber(k, omega, cg))
+    /// Wavenumbers, rad/m, and the energy of waves about that long, m^2: the shortest first, 2000 of them.
+    pub fn by_wavenumber(&self) -> Vec<(f64, f64)> {
+        let Some((low, high)) = self.range() else { return Vec::new() };
+        let mut waves = Vec::new();
+        self.dispersion.each_wavenumber(low, high, |k, omega, cg, width| {
+            waves.push((k, self.over_wavenumber(k, omega, cg) * width));
+        });
+        waves
     }
 
     /// Range of wavenumbers that holds energy, rad/m; `None` for a flat sea.

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::{Setting, errors};
+use super::Setting;
+use super::off::errors_of;
 use crate::accuracy::{Axis, Measure, Point, Times};
 use crate::backend::{Backend, BackendError};
 use crate::engine::{Clock, Stepper, interval_of_rate};
@@ -56,6 +57,7 @@ pub enum Unmeasured {
 
 /// A server's frames at one setting, made one after the other for clients that want all that the scene has.
 pub struct Frames {
+    timeline: Arc<Timeline>,
     stepper: Stepper,
     demand: Demand,
     /// The next one.
@@ -107,10 +109,10 @@ impl Frames {
         let channels = whole(&scene.effects).map(|group| fields_of(group).len()).sum();
         let samples = cascades.iter().map(|cascade| cascade.n * cascade.n).sum();
         let memory_bytes = memory(cascades, channels);
-        let mut stepper = Stepper::new(backend, timeline, 1);
+        let mut stepper = Stepper::new(backend, Arc::clone(&timeline), 1);
         stepper.set_demand(&demand);
         let tick = tick.div_euclid(TICKS_PER_SECOND) * TICKS_PER_SECOND + TICKS_PER_SECOND;
-        Self { stepper, demand, tick, samples, memory_bytes }
+        Self { timeline, stepper, demand, tick, samples, memory_bytes }
     }
 
     /// Fills foam's memory, so that the next frame has foam.
@@ -173,27 +175,14 @@ fn memory(cascades: &[Cascade], channels: usize) -> u64 {
 /// # Errors
 /// [`Unmeasured`].
 pub fn measure(scene: &Scene, settings: &[Setting], tick: i64, measuring: &mut Measuring) -> Result<Axis, Unmeasured> {
-    let mut run = Run { scene, tick, measuring, spare: Vec::new(), done: 0, pieces: 2 * settings.len() };
-    let mut found = Vec::with_capacity(settings.len());
-    for setting in settings {
-        let errors = errors(scene, setting, tick);
-        run.did_one()?;
-        found.push(Point {
-            setting: setting.name.clone(),
-            errors,
-            time: None,
-            bytes_per_s: None,
-            memory_bytes: None,
-            front: false,
-        });
-    }
-    run.times(settings, &mut found)?;
-    found.retain(|point| point.time.is_some());
+    let mut run = Run { scene, tick, measuring, spare: Vec::new(), points: vec![None; settings.len()], done: 0 };
+    run.all(settings)?;
+    let points = run.points.into_iter().flatten().collect();
     let about = "The settings that a server can be run at: patches of the scene's layout, on grids from coarse to fine. \
                  Errors are of the waves that a layout leaves out, and of reading between its samples; time and bytes are \
                  of whole frames with every effect of the scene, to a millimetre, 30 a second.";
-    let mut axis =
-        Axis { name: "serving".to_owned(), about: about.to_owned(), measure: Measure::Height, points: found };
+    let (name, about) = ("serving".to_owned(), about.to_owned());
+    let mut axis = Axis { name, about, measure: Measure::Height, points };
     axis.mark_front();
     Ok(axis)
 }
@@ -205,13 +194,15 @@ struct Run<'a, 'b> {
     measuring: &'a mut Measuring<'b>,
     /// Backends that are free again.
     spare: Vec<Box<dyn Backend>>,
+    /// In the order of the settings; `None` where one was left out, or has not come yet.
+    points: Vec<Option<Point>>,
     done: usize,
-    pieces: usize,
 }
 
 /// A setting that is measured: its place, its frames, and what they took.
-struct Measured {
+struct Measured<'a> {
     place: usize,
+    setting: &'a Setting,
     frames: Frames,
     rounds: usize,
     times: Vec<f64>,
@@ -219,78 +210,73 @@ struct Measured {
 }
 
 impl Run<'_, '_> {
-    fn did_one(&mut self) -> Result<(), Unmeasured> {
-        self.done += 1;
-        self.look()
-    }
-
+    /// Asks whether to go on.
     fn look(&mut self) -> Result<(), Unmeasured> {
-        if (self.measuring.goes_on)(self.done, self.pieces) { Ok(()) } else { Err(Unmeasured::Stopped) }
+        if (self.measuring.goes_on)(self.done, self.points.len()) { Ok(()) } else { Err(Unmeasured::Stopped) }
     }
 
-    fn times(&mut self, settings: &[Setting], points: &mut [Point]) -> Result<(), Unmeasured> {
+    fn all(&mut self, settings: &[Setting]) -> Result<(), Unmeasured> {
         let size = |setting: &Setting| (setting.cascades.patches_m.len(), setting.cascades.n.unwrap_or(0));
-        let samples = |place: &usize| {
-            let (patches, n) = size(&settings[*place]);
-            patches * n * n
-        };
-        let mut order: Vec<usize> = (0..settings.len()).collect();
-        order.sort_by_key(samples);
-        let mut hopeless: Vec<(usize, usize)> = Vec::new();
-        let mut together: Vec<Measured> = Vec::new();
-        for (i, place) in order.into_iter().enumerate() {
-            let (patches, n) = size(&settings[place]);
+        let mut order: Vec<(usize, &Setting)> = settings.iter().enumerate().collect();
+        order.sort_by_key(|(_, setting)| samples(size(setting)));
+        let (mut hopeless, mut together): (Vec<(usize, usize)>, Vec<Measured>) = (Vec::new(), Vec::new());
+        for (place, setting) in order {
+            let (patches, n) = size(setting);
+            self.look()?;
             // What is larger in every way is no faster.
             if hopeless.iter().any(|(less, coarser)| *less <= patches && *coarser <= n) {
-                self.did_one()?;
+                self.done += 1;
                 continue;
             }
             let held: usize = together.iter().map(|measured| measured.frames.samples).sum();
-            if held + samples(&place) > TOGETHER || together.len() >= self.measuring.most_backends {
-                self.rounds(std::mem::take(&mut together), points)?;
+            if held + samples((patches, n)) > TOGETHER || together.len() >= self.measuring.most_backends {
+                self.rounds(std::mem::take(&mut together))?;
             }
-            let mut frames = Frames::new(self.scene, &settings[place], self.backend()?, self.tick);
+            let mut frames = Frames::new(self.scene, setting, self.backend()?, self.tick);
             // The first makes tables, and memory.
             frames.make()?;
             let [(a, _), (b, _)] = [frames.time(self.measuring.clock)?, frames.time(self.measuring.clock)?];
             let ms = a.min(b);
-            if ms > HOPELESS * self.measuring.most_ms && i > 0 {
+            let first = together.is_empty() && self.points.iter().all(Option::is_none);
+            if ms > HOPELESS * self.measuring.most_ms && !first {
                 hopeless.push((patches, n));
                 self.spare.push(frames.stepper.into_backend());
-                self.did_one()?;
+                self.done += 1;
                 continue;
             }
             frames.warm()?;
             let rounds = if ms > SLOW_MS { ROUNDS_OF_SLOW } else { ROUNDS };
-            together.push(Measured { place, frames, rounds, times: Vec::with_capacity(rounds), bytes: 0 });
-            self.look()?;
+            together.push(Measured { place, setting, frames, rounds, times: Vec::with_capacity(rounds), bytes: 0 });
         }
-        self.rounds(together, points)
+        self.rounds(together)
     }
 
     /// Frames of all in turn.
-    fn rounds(&mut self, mut together: Vec<Measured>, points: &mut [Point]) -> Result<(), Unmeasured> {
-        // The first with foam are not counted, nor are those that nothing is predicted from: a second is more than enough.
+    fn rounds(&mut self, mut together: Vec<Measured>) -> Result<(), Unmeasured> {
+        // The first with foam are not counted.
         for measured in &mut together {
-            for _ in 0..3 {
-                measured.frames.make()?;
-            }
+            measured.frames.make()?;
         }
         for round in 0..ROUNDS {
+            self.look()?;
             for measured in together.iter_mut().filter(|measured| round < measured.rounds) {
                 let (ms, bytes) = measured.frames.time(self.measuring.clock)?;
                 measured.times.push(ms);
                 measured.bytes += bytes;
             }
-            self.look()?;
         }
-        for Measured { place, frames, rounds, times, bytes } in together {
-            let point = &mut points[place];
-            point.time = Some(Times::of(times));
-            point.bytes_per_s = Some(bytes as f64 * (TICKS_PER_SECOND / INTERVAL) as f64 / rounds as f64);
-            point.memory_bytes = Some(frames.memory_bytes);
+        for Measured { place, setting, frames, rounds, times, bytes } in together {
+            self.look()?;
+            self.points[place] = Some(Point {
+                setting: setting.name.clone(),
+                errors: errors_of(&frames.timeline, setting, self.tick),
+                time: Some(Times::of(times)),
+                bytes_per_s: Some(bytes as f64 * (TICKS_PER_SECOND / INTERVAL) as f64 / rounds as f64),
+                memory_bytes: Some(frames.memory_bytes),
+                front: false,
+            });
             self.spare.push(frames.stepper.into_backend());
-            self.did_one()?;
+            self.done += 1;
         }
         Ok(())
     }
@@ -298,4 +284,8 @@ impl Run<'_, '_> {
     fn backend(&mut self) -> Result<Box<dyn Backend>, Unmeasured> {
         self.spare.pop().map_or_else(|| (self.measuring.open)().map_err(Unmeasured::NoBackend), Ok)
     }
+}
+
+fn samples((patches, n): (usize, usize)) -> usize {
+    patches * n * n
 }

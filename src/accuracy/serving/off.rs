@@ -1,8 +1,7 @@
 //! How far off a scene is at a setting: what the layout leaves out, and what is lost between its samples.
 
-use std::f64::consts::PI;
-
 use super::Setting;
+use super::waves::{Missing, Waves};
 use crate::accuracy::errors::{Errors, Particle};
 use crate::backend::{Backend, Cpu};
 use crate::engine::Sampler;
@@ -10,7 +9,7 @@ use crate::pass::trochoid::Trochoids;
 use crate::plan::{CascadePlan, Field, FieldSet, Plan};
 use crate::reference::lattice;
 use crate::scene::{Model, Normals, Scene};
-use crate::sea::{Sea, Spectrum, Timeline};
+use crate::sea::{Sea, Timeline};
 
 /// Particles are looked at at so many places along either axis of the first patch.
 const PLACES: usize = 24;
@@ -32,16 +31,18 @@ const READ: FieldSet = FieldSet::of(&[
 /// How far off a scene is at a setting, at a tick: waves that the layout leaves out, and what a client that reads between
 /// the samples of its grids makes of those that it holds, as if independent. The same on every run.
 pub fn errors(scene: &Scene, setting: &Setting, tick: i64) -> Errors {
-    let mut scene = setting.of(scene);
     // Foam moves no particle.
-    scene.effects.foam = None;
-    let timeline = Timeline::replay(&scene, &[], tick);
-    let (left_out, between) = (left_out(&timeline, setting.finest_m, tick), between(&timeline, tick));
+    errors_of(&Timeline::uncalibrated(&setting.of(scene)), setting, tick)
+}
+
+/// The same of the timeline of a scene at a setting.
+pub(super) fn errors_of(timeline: &Timeline, setting: &Setting, tick: i64) -> Errors {
+    let (left_out, between) = (left_out(timeline, setting.finest_m, tick), between(timeline, tick));
     let both = |error: fn(&Errors) -> Option<f64>| match (error(&left_out), error(&between)) {
         (Some(a), Some(b)) => Some(a.hypot(b)),
         (a, b) => a.or(b),
     };
-    let seen = scene.effects.normals != Normals::None;
+    let seen = timeline.scene().effects.normals != Normals::None;
     Errors {
         height_rms: both(|errors| errors.height_rms),
         position_mm: both(|errors| errors.position_mm),
@@ -53,16 +54,14 @@ pub fn errors(scene: &Scene, setting: &Setting, tick: i64) -> Errors {
 
 /// What waves would add that the layout doesn't hold: energy of any length, slopes down to the finest wanted.
 fn left_out(timeline: &Timeline, finest_m: f64, tick: i64) -> Errors {
-    let [wanted, held] = [timeline.wanted_hs_at(tick), timeline.hs_at(tick)].map(|hs| hs * hs / 16.0);
-    let missing = (wanted - held).max(0.0);
+    let waves = Waves::new(timeline.state_at(tick));
+    let Missing { m0, slope } = waves.left_out(timeline.layout(), finest_m);
     let chop = timeline.scene().effects.choppiness;
-    let end = timeline.layout().cascades.last().map_or(0.0, |last| last.to_k);
-    let slope = Spectrum::new(timeline.state_at(tick)).mean_square_slope(end, 2.0 * PI / finest_m);
     // Slopes of many waves along two axes: their length has Rayleigh's distribution.
     let p99 = slope * 100_f64.ln();
     Errors {
-        height_rms: Some(if missing > 0.0 { 0.25 * (missing / wanted).sqrt() } else { 0.0 }),
-        position_mm: Some((missing * (1.0 + chop * chop)).sqrt() * 1e3),
+        height_rms: Some(if m0 > 0.0 { 0.25 * (m0 / waves.m0()).sqrt() } else { 0.0 }),
+        position_mm: Some((m0 * (1.0 + chop * chop)).sqrt() * 1e3),
         normal_deg: Some(slope.sqrt().atan().to_degrees()),
         normal_p99_deg: Some(p99.sqrt().atan().to_degrees()),
         ..Errors::default()
