@@ -75,6 +75,10 @@ bless:
 bench *args:
     cargo bench {{args}}
 
+# Write docs/budget.md anew: what budgets of milliseconds pick on this machine, and whether that holds.
+budget:
+    cargo bench --bench budget -- --write
+
 # Write docs/effects.md anew: what a running server spends on each demand, and how soon a joiner has frames.
 effects:
     cargo bench --bench demand -- --write

@@ -16,6 +16,7 @@ mod playback;
 mod received;
 mod report;
 mod resolution;
+pub mod serving;
 mod stages;
 mod stream;
 mod sweep;

@@ -150,6 +150,13 @@ impl Axis {
         let front: Vec<bool> = points.iter().map(|point| point.is_some_and(|point| !beaten(point))).collect();
         self.points.iter_mut().zip(front).for_each(|(point, front)| point.front = front);
     }
+
+    /// The most accurate point of the front whose 95th percentile leaves a fifth of so many milliseconds free.
+    pub fn best_within(&self, budget_ms: f64) -> Option<&Point> {
+        let fits = |point: &&Point| point.front && point.time.is_some_and(|time| time.p95_ms <= 0.8 * budget_ms);
+        let error = |point: &Point| self.measure.of(&point.errors).unwrap_or(f64::INFINITY);
+        self.points.iter().filter(fits).min_by(|a, b| error(a).total_cmp(&error(b)))
+    }
 }
 
 impl Cost {

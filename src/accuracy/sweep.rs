@@ -9,10 +9,11 @@ use super::normals::normals;
 use super::playback::playback;
 use super::report::{Axis, Machine, Report};
 use super::resolution::{band, cascades, grid};
+use super::serving::{Measuring, Unmeasured, measure, settings};
 use super::stages::stages;
 use super::stream::stream;
 use super::waves::{dispersion, energy, time};
-use crate::backend::BackendError;
+use crate::backend::Cpu;
 use crate::engine::{Clock, Opener};
 use crate::scene::Scene;
 
@@ -40,8 +41,8 @@ pub struct Progress<'a> {
 /// Measures everything. Takes 20 seconds where it is quick, and minutes where it is not.
 ///
 /// # Errors
-/// [`BackendError`] of the settings that a server can be run at.
-pub fn sweep(sweep: &Sweep, clock: &Clock, progress: &mut dyn FnMut(&Progress<'_>)) -> Result<Report, BackendError> {
+/// [`Unmeasured`] of the settings that a server can be run at.
+pub fn sweep(sweep: &Sweep, clock: &Clock, progress: &mut dyn FnMut(&Progress<'_>)) -> Result<Report, Unmeasured> {
     let started = clock.now_us();
     let mut told = |done: f64, doing: &str| progress(&Progress { done, doing });
     told(0.0, "the sea");
@@ -72,6 +73,19 @@ pub fn sweep(sweep: &Sweep, clock: &Clock, progress: &mut dyn FnMut(&Progress<'_
     axes.push(inverse(&ground));
     told(0.75, "stages");
     let stages = stages(&ground, &mut |n| told(0.75, &format!("stages, N = {n}")));
+    told(0.85, "serving");
+    let settings = settings(&sweep.scene);
+    let mut measuring = Measuring {
+        clock,
+        open: &|| Ok(Box::new(Cpu::new(None))),
+        most_backends: usize::MAX,
+        most_ms: if sweep.quick { 2.0 } else { 50.0 },
+        goes_on: &mut |done, of| {
+            told(0.85 + 0.15 * done as f64 / of.max(1) as f64, "serving");
+            true
+        },
+    };
+    axes.push(measure(&sweep.scene, &settings, ground.tick, &mut measuring)?);
     told(1.0, "done");
     Ok(Report {
         scene: sweep.scene.name.clone(),

@@ -40,6 +40,9 @@ struct CascadeEngine {
 }
 
 impl Cpu {
+    /// Its name in logs, metrics and status.
+    pub const NAME: &str = "cpu";
+
     /// A backend with its own threads; `None` takes one for each core.
     ///
     /// # Panics
@@ -62,7 +65,7 @@ impl Cpu {
 
 impl Backend for Cpu {
     fn name(&self) -> &'static str {
-        "cpu"
+        Self::NAME
     }
 
     fn load(&mut self, sea: &Sea) -> Result<(), BackendError> {

@@ -12,7 +12,7 @@ use super::scene;
 use crate::control::{Begun, Epoch, Store};
 use crate::engine::{BackendChoice, Clock, EngineSettings};
 use crate::sea::Timeline;
-use crate::server::{self, Ocean, Settings};
+use crate::server::{self, BUDGET_MS, Ocean, Settings};
 
 #[derive(Debug, Args)]
 pub struct ServeArguments {
@@ -35,6 +35,14 @@ pub struct ServeArguments {
     /// Threads that compute [default: one for each core]
     #[arg(long, env = "SWELLCAST_THREADS", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
+    /// Milliseconds that a step may take: the most accurate layout is picked that fits, measured on this machine
+    #[arg(long, env = "SWELLCAST_BUDGET_MS", value_name = "MS", value_parser = milliseconds)]
+    budget_ms: Option<f64>,
+}
+
+fn milliseconds(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number| BUDGET_MS.contains(number));
+    number.ok_or_else(|| format!("must be a number from {} to {}", BUDGET_MS.start(), BUDGET_MS.end()))
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -71,6 +79,7 @@ async fn serve(arguments: ServeArguments) -> Result<()> {
             opener,
             ..EngineSettings::default()
         },
+        budget_ms: arguments.budget_ms,
         ..arguments.network.settings()
     };
     network::allow_files(&settings);

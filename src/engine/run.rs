@@ -289,8 +289,9 @@ impl Loop<'_> {
             self.recover(error);
             made = self.stepper.frames(tick, &self.demand);
         }
-        let batch = made?;
+        let mut batch = made?;
         let ms = (self.clock.now_us() - started) as f64 / 1e3;
+        batch.step_ms = ms;
         {
             let mut counters = lock(&self.shared.counters);
             counters.steps += 1;

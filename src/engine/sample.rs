@@ -48,6 +48,29 @@ struct Taps {
     tz: f32,
 }
 
+/// Mean square of what is lost of a wave that is read between its samples, as a share of the wave's own: by its phase from
+/// one sample to the next, radians along x and z.
+pub fn lost_between(phase: [f64; 2]) -> f64 {
+    const PLACES: usize = 8;
+    // What is read along one axis over what there is: real and imaginary part, and the square, in the mean over places.
+    let read = |phase: f64| {
+        let mut mean = [0.0; 3];
+        for place in 0..PLACES {
+            let t = (place as f64 + 0.5) / PLACES as f64;
+            let (mut re, mut im) = (0.0, 0.0);
+            for (weight, at) in weights(t as f32).to_array().into_iter().zip([-1.0, 0.0, 1.0, 2.0]) {
+                let angle = phase * (at - t);
+                re += f64::from(weight) * libm::cos(angle);
+                im += f64::from(weight) * libm::sin(angle);
+            }
+            mean.iter_mut().zip([re, im, re * re + im * im]).for_each(|(mean, part)| *mean += part / PLACES as f64);
+        }
+        mean
+    };
+    let [[xr, xi, xx], [zr, zi, zz]] = phase.map(read);
+    1.0 - 2.0 * (xr * zr - xi * zi) + xx * zz
+}
+
 impl<'a> Sampler<'a> {
     /// A surface and the sides of its patches, metres, in the order of its cascades. Cascades without a field are none.
     pub fn new(surface: &'a Surface, patches_m: impl IntoIterator<Item = f64>) -> Self {

@@ -33,6 +33,8 @@ pub struct Batch {
     pub refused: u64,
     /// What it took.
     pub work: Work,
+    /// Milliseconds that it took, encoding included; 0 where nobody timed it.
+    pub step_ms: f64,
 }
 
 /// Transforms, counted.
@@ -138,6 +140,11 @@ impl Stepper {
     pub fn replace_backend(&mut self, backend: Box<dyn Backend>) -> Box<dyn Backend> {
         self.forget();
         std::mem::replace(&mut self.backend, backend)
+    }
+
+    /// The backend, with what it holds.
+    pub fn into_backend(self) -> Box<dyn Backend> {
+        self.backend
     }
 
     /// Keeps foam's memory where somebody wants foam and past frames where somebody wants more, and lets them go elsewhere.
@@ -308,7 +315,7 @@ impl Stepper {
         let told = points.len();
         let points: Vec<PointsMessage> = points.into_iter().flatten().collect();
         let (refused, frames) = ((told - points.len()) as u64, Vec::with_capacity(encoded.len()));
-        let mut batch = Batch { tick: surface.tick, frames, points, backend, refused, work: done };
+        let mut batch = Batch { tick: surface.tick, frames, points, backend, refused, work: done, step_ms: 0.0 };
         for (unit, encoder, frames) in encoded {
             self.units.insert(unit, encoder);
             match frames {

@@ -60,6 +60,8 @@ pub struct Era {
     rise: Option<(CrossFade, u64)>,
     /// How it goes.
     fall: Option<CrossFade>,
+    /// Jacobian below which water foams, where that is not calibrated.
+    foams_below: Option<f64>,
     draw: OnceLock<Arc<Draw>>,
     tables: Vec<Tables>,
 }
@@ -88,7 +90,13 @@ struct Rotation {
 impl Era {
     /// The era of a layout that came by `rise`, with a change of that sequence, beside `stages` stages.
     pub fn new(layout: Layout, rise: Option<(CrossFade, u64)>, stages: usize) -> Self {
-        Self { layout, rise, fall: None, draw: OnceLock::new(), tables: vec![Tables::default(); stages] }
+        let (draw, tables) = (OnceLock::new(), vec![Tables::default(); stages]);
+        Self { layout, rise, fall: None, foams_below: None, draw, tables }
+    }
+
+    /// The same, where water foams below a Jacobian that nobody calibrated.
+    pub fn uncalibrated(self, jacobian: f64) -> Self {
+        Self { foams_below: Some(jacobian), ..self }
     }
 
     /// Ends it.
@@ -258,7 +266,10 @@ impl Era {
         let build = || {
             let Scene { sea, effects, .. } = &*stages.get(index).scene;
             let table = EnergyTable::build(sea, &self.layout);
-            let thresholds = |foam: &Foam| FoamThresholds::new(sea, &self.layout, &table, effects.choppiness, foam);
+            let thresholds = |foam: &Foam| match self.foams_below {
+                Some(jacobian) => FoamThresholds::uncalibrated(&self.layout, jacobian),
+                None => FoamThresholds::new(sea, &self.layout, &table, effects.choppiness, foam),
+            };
             let foam = effects.foam.as_ref().map_or_else(|| FoamThresholds::none(&self.layout), thresholds);
             Arc::new(StageEnergy { table, foam })
         };

@@ -59,10 +59,16 @@ impl FoamThresholds {
         Self { jacobian: vec![NEVER; layout.cascades.len()], coverage: 0.0 }
     }
 
+    /// The same Jacobian for every cascade that foams at all, however much foam that makes: of no account for what a frame
+    /// costs, and had at once.
+    pub fn uncalibrated(layout: &Layout, jacobian: f64) -> Self {
+        let of = |cascade: &Cascade| if foams(cascade) { jacobian } else { NEVER };
+        Self { jacobian: layout.cascades.iter().map(of).collect(), coverage: 0.0 }
+    }
+
     /// The thresholds of a sea state, for a wanted coverage of 3.84e-6 U10^3.41 (Monahan & O'Muircheartaigh 1980,
     /// eq. 5). All cascades with waves long enough share one. Without wind only folded water foams.
     pub fn new(state: &SeaState, layout: &Layout, table: &EnergyTable, choppiness: f64, foam: &Foam) -> Self {
-        let foams = |cascade: &Cascade| cascade.longest_m() >= SHORTEST_WHITECAP_M;
         let dispersion = Dispersion::new(state.water);
         let breakers: Vec<Breakers> = (0..layout.cascades.len())
             .into_par_iter()
@@ -84,6 +90,11 @@ impl FoamThresholds {
         let jacobian = layout.cascades.iter().map(|cascade| if foams(cascade) { low } else { NEVER }).collect();
         Self { jacobian, coverage: covered(low) }
     }
+}
+
+/// Whether waves of a cascade are long enough to catch air.
+fn foams(cascade: &Cascade) -> bool {
+    cascade.longest_m() >= SHORTEST_WHITECAP_M
 }
 
 /// How often one cascade's water is covered, by threshold.

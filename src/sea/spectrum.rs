@@ -112,6 +112,16 @@ impl Spectrum {
         self.dispersion.integrate(from, high, |k, omega, cg| self.over_wavenumber(k, omega, cg)) / self.m0
     }
 
+    /// Wavenumbers, rad/m, and the energy of waves about that long, m^2: the shortest first, 2000 of them.
+    pub fn by_wavenumber(&self) -> Vec<(f64, f64)> {
+        let Some((low, high)) = self.range() else { return Vec::new() };
+        let mut waves = Vec::new();
+        self.dispersion.each_wavenumber(low, high, |k, omega, cg, width| {
+            waves.push((k, self.over_wavenumber(k, omega, cg) * width));
+        });
+        waves
+    }
+
     /// Range of wavenumbers that holds energy, rad/m; `None` for a flat sea.
     pub fn range(&self) -> Option<(f64, f64)> {
         let systems = self.systems.iter().map(System::range);

@@ -38,6 +38,16 @@ impl Timeline {
         Self::replay(scene, &[], 0)
     }
 
+    /// A scene before any change, made as soon as its spectrum is integrated: water foams below a Jacobian that nobody
+    /// calibrated. For measuring what frames cost, which doesn't depend on how much of the water foams.
+    pub fn uncalibrated(scene: &Scene) -> Self {
+        const SOME: f64 = 0.5;
+        let mut timeline = Self::unchanged(scene);
+        timeline.eras = timeline.eras.into_iter().map(|era| era.uncalibrated(SOME)).collect();
+        timeline.prepare(0);
+        timeline
+    }
+
     /// A scene and its log, for ticks from shortly before `now` on (as far back as foam remembers): what was over by
     /// then is folded into one state and forgotten.
     pub fn replay(scene: &Scene, changes: &[Change], now: i64) -> Self {

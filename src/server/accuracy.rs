@@ -9,6 +9,7 @@ use tokio::task::spawn_blocking;
 use super::ocean::Ocean;
 use super::problem::Problem;
 use crate::accuracy::claims;
+use crate::accuracy::serving::{errors_at, settings};
 use crate::sea::Timeline;
 use crate::wire::{Codec, ErrorClass, Group, TICKS_PER_SECOND, UnitName};
 
@@ -22,7 +23,8 @@ pub struct Claims(Arc<Mutex<Option<Known>>>);
 /// Newest entry of the log, tick, units, and what was told of them.
 type Known = (u64, i64, Vec<UnitName>, Value);
 
-/// The body of `GET /v1/scenes/{name}/accuracy`, and the newest entry of the log. Of the units that somebody wants, or of
+/// The body of `GET /v1/scenes/{name}/accuracy`, and the newest entry of the log: what the layout leaves out of the sea and
+/// what is lost between its samples (`sea`), and what each channel errs at the samples (`channels`). Of the units that somebody wants, or of
 /// every group of the scene where nobody wants any; at the tick asked for, or at one of the last ten seconds.
 ///
 /// # Errors
@@ -51,7 +53,9 @@ pub async fn accuracy(ocean: &Arc<Ocean>, tick: Option<i64>) -> Result<(u64, Val
     let tick = tick.unwrap_or(now / TICKS_PER_SECOND * TICKS_PER_SECOND);
     let work = move || {
         let claims = claims(&timeline, tick, &units).ok()?;
-        let told = json!({ "tick": tick, "hs_m": timeline.hs_at(tick), "channels": claims });
+        let finest_m = settings(timeline.scene()).first().map_or(0.0, |setting| setting.finest_m);
+        let sea = errors_at(&timeline, finest_m, tick);
+        let told = json!({ "tick": tick, "hs_m": timeline.hs_at(tick), "sea": sea, "channels": claims });
         *known = Some((sequence, tick, units, told.clone()));
         Some(told)
     };

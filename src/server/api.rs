@@ -12,6 +12,7 @@ use http::{HeaderMap, HeaderName, Method, StatusCode, Uri, header};
 use serde_json::{Value, json};
 use tokio::task::spawn_blocking;
 
+use super::budget::Budget;
 use super::change_body::ChangeBody;
 use super::fields::{MAX_BODY, read_body};
 use super::ocean::Ocean;
@@ -38,6 +39,7 @@ pub fn router(ocean: Arc<Ocean>) -> Router {
         .route("/v1/scenes/{name}/wind", put(wind))
         .route("/v1/scenes/{name}/sea", patch(sea))
         .route("/v1/scenes/{name}/layout", put(layout))
+        .route("/v1/scenes/{name}/budget", get(budget).put(set_budget))
         .route("/v1/scenes/{name}/probe", post(water_at))
         .route("/v1/scenes/{name}/log", get(log))
         .route("/v1/scenes/{name}/statistics", get(statistics))
@@ -151,6 +153,18 @@ async fn errors(State(ocean): Served, name: Name, RawQuery(query): RawQuery) -> 
 fn pairs(query: Option<&str>) -> impl Iterator<Item = (&str, &str)> {
     let pairs = query.unwrap_or_default().split('&').filter(|pair| !pair.is_empty());
     pairs.map(|pair| pair.split_once('=').unwrap_or((pair, "")))
+}
+
+/// What the budget of milliseconds picked, and why.
+async fn budget(State(ocean): Served, name: Name) -> Result<Response, Problem> {
+    served(&ocean, name)?;
+    Ok(answer(StatusCode::OK, &ocean.budget.told()))
+}
+
+async fn set_budget(State(ocean): Served, name: Name, body: Body) -> Result<Response, Problem> {
+    served(&ocean, name)?;
+    let body = read_body(body, MAX_BODY).await?;
+    Ok(answer(StatusCode::ACCEPTED, &Budget::set(&ocean, &body)?))
 }
 
 async fn wind(State(ocean): Served, name: Name, headers: HeaderMap, body: Body) -> Result<Response, Problem> {

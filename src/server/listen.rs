@@ -45,6 +45,7 @@ pub async fn run(listener: TcpListener, ocean: Arc<Ocean>, shutdown: impl Future
     }
     drop(listener);
     ocean.bulletin.close();
+    ocean.budget.stop();
     ocean.settle().await;
     if timeout(ocean.settings.farewell, ocean.seats.empty()).await.is_err() {
         tracing::warn!(connections = ocean.seats.taken(), "some connections did not end in time");
@@ -80,6 +81,9 @@ async fn count_seconds(ocean: &Arc<Ocean>) {
         }
         ocean.note_time().await;
         ocean.retire().await;
+        if on_time {
+            ocean.budget_beat();
+        }
         ocean.probes.rest(ocean.tick());
     }
 }

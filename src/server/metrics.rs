@@ -106,6 +106,8 @@ pub fn page(ocean: &Ocean) -> String {
     put("transformed_samples_total", "counter", "Samples of those fields.", "", engine.work.samples as f64);
     put("step_seconds_total", "counter", "Seconds spent in steps.", "", engine.step_seconds);
     put("step_seconds", "gauge", "Seconds the last step took.", "", engine.step_ms / 1e3);
+    let seen = ocean.budget.pace.seen(i64::MIN);
+    put("step_seconds_p95", "gauge", "95 of 100 of the newest steps took no longer.", "", seen.p95_ms / 1e3);
     put("frames_skipped_total", "counter", "Ticks passed over, too slow.", "", engine.skipped_frames as f64);
     put(
         "frames_refused_total",

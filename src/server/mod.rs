@@ -6,6 +6,8 @@
 mod accuracy;
 mod allowance;
 mod api;
+mod budget;
+mod budget_beat;
 mod bulletin;
 mod change_body;
 mod client;
@@ -21,6 +23,7 @@ mod listen;
 mod metrics;
 mod ocean;
 mod offer;
+mod pace;
 mod plan;
 mod player;
 mod points;
@@ -30,6 +33,7 @@ mod problem;
 mod process;
 mod proposal;
 mod quality;
+mod repick;
 mod replay;
 mod requests;
 mod ring;
@@ -44,6 +48,7 @@ mod told;
 mod upgrade;
 mod viewer;
 
+pub use budget::BUDGET_MS;
 pub use change_body::ChangeBody;
 #[doc(hidden)]
 pub use echo::echo;

@@ -7,6 +7,7 @@ use serde_json::Value;
 use tokio::task::spawn_blocking;
 
 use super::accuracy::Claims;
+use super::budget::Budget;
 use super::bulletin::Bulletin;
 use super::egress::Egress;
 use super::hello;
@@ -43,6 +44,7 @@ pub struct Ocean {
     pub(super) egress: Arc<Egress>,
     pub(super) costs: Costs,
     pub(super) claims: Claims,
+    pub(super) budget: Budget,
     pub(super) probes: Probes,
     pub(super) points: Arc<PointsBoard>,
     /// Told when frames come of another backend than before.
@@ -131,11 +133,13 @@ impl Ocean {
         let points = Arc::new(PointsBoard::new(settings.live_points));
         let (to_ring, to_board, to_all) = (Arc::clone(&ring), Arc::clone(&points), Arc::clone(&bulletin));
         let (backend_changed, mut backend) = (Arc::new(tokio::sync::Notify::new()), "cpu");
-        let to_pulse = Arc::clone(&backend_changed);
+        let (to_pulse, budget) = (Arc::clone(&backend_changed), Budget::new(settings.budget_ms));
+        let to_pace = Arc::clone(&budget.pace);
         let publish = Box::new(move |mut batch: Batch| {
             if std::mem::replace(&mut backend, batch.backend) != batch.backend {
                 to_pulse.notify_one();
             }
+            to_pace.note(batch.tick, batch.step_ms);
             to_board.post(std::mem::take(&mut batch.points));
             to_ring.push(batch, clock.now_us());
             to_all.wake();
@@ -159,6 +163,7 @@ impl Ocean {
             settings,
             costs: Costs::default(),
             claims: Claims::default(),
+            budget,
             probes: Probes::default(),
             points,
             backend_changed,

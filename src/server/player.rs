@@ -244,7 +244,7 @@ impl Play<'_> {
             counters.tick = Some(tick);
         });
         let work = Work::default();
-        (self.stage.publish)(Batch { tick, frames, points: Vec::new(), backend: NAME, refused: 0, work });
+        (self.stage.publish)(Batch { tick, frames, points: Vec::new(), backend: NAME, refused: 0, work, step_ms: 0.0 });
     }
 
     fn count(&self, change: impl FnOnce(&mut Counters)) {

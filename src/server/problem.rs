@@ -91,6 +91,11 @@ impl Problem {
         self
     }
 
+    /// What is wrong, for people.
+    pub fn detail(&self) -> &str {
+        &self.0.detail
+    }
+
     /// The document as it is sent.
     pub fn document(&self) -> String {
         let problem = &self.0;

@@ -156,6 +156,7 @@ mod tests {
                 backend: "cpu",
                 refused: 0,
                 work: Work::default(),
+                step_ms: 0.0,
             },
             tick,
         );

@@ -17,6 +17,8 @@ pub struct Settings {
     pub clients: usize,
     /// Most megabits of frames that may leave in a second; `None`: as many as there are.
     pub egress_mbps: Option<f64>,
+    /// Milliseconds that a step may take, where the layout of cascades is to be picked by that.
+    pub budget_ms: Option<f64>,
     /// Most units encoded for all clients together.
     pub live_units: usize,
     /// Most points that all clients together follow.
@@ -54,6 +56,7 @@ impl Default for Settings {
             connections_per_address: 2048,
             clients: 2048,
             egress_mbps: None,
+            budget_ms: None,
             live_units: 64,
             live_points: 10_000,
             allowed_origins: Vec::new(),

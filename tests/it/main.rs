@@ -5,6 +5,7 @@ mod allocations;
 mod api;
 mod backends;
 mod beside;
+mod budget;
 mod changes;
 mod client;
 mod codec;

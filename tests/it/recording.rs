@@ -122,6 +122,8 @@ async fn a_recording_is_served_as_it_was() {
         (409, &json!("urn:swellcast:problem:recorded")),
         "{refused:?}"
     );
+    let refused = again.http("PUT", "/v1/scenes/small/budget", "", r#"{"budget_ms": 4}"#).await;
+    assert_eq!((refused.status, &refused.json()["type"]), (409, &json!("urn:swellcast:problem:recorded")));
     again.stop().await;
 }
 
