@@ -21,6 +21,7 @@ pub use cost::{EffectCost, StepTime, demand_cost, effect_costs};
 pub use point_feed::{PointsMessage, PointsWish, fields_of_points};
 pub use probe::{ProbeError, ProbeMethod, Probed, Prober};
 pub use run::{Counters, Engine, EngineSettings, Publish};
+pub use sample::Sampler;
 pub use schedule::{HEADSTART, interval_of_rate, lead_ticks};
 pub use step::{Batch, Stepper, Work};
 pub use trial::Trial;
