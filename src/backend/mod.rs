@@ -58,6 +58,11 @@ impl CascadeSurface {
         Self { n: cascade.n, levels: vec![Planes::default(); usize::from(cascade.levels())], counts: Vec::new() }
     }
 
+    /// Samples of one's own: planes of the full grid, n x n each, `[z][x]`, by [`Field`]; empty where there is none.
+    pub fn of(n: usize, planes: [Vec<f32>; Field::ALL.len()]) -> Self {
+        Self { n, levels: vec![planes], counts: Vec::new() }
+    }
+
     /// A field as counts, and what was found while they were made; `None` where a backend leaves samples, from which
     /// they can be had.
     pub fn counts(&self, counted: Counted) -> Option<(&[i16], Found)> {

@@ -72,7 +72,8 @@ pub fn lost_between(phase: [f64; 2]) -> f64 {
 }
 
 impl<'a> Sampler<'a> {
-    /// A surface and the sides of its patches, metres, in the order of its cascades. Cascades without a field are none.
+    /// Of a surface's full grids; `patches_m` are the sides of its patches, metres, in the order of its cascades. A
+    /// cascade without fields counts as still water.
     pub fn new(surface: &'a Surface, patches_m: impl IntoIterator<Item = f64>) -> Self {
         let grid = |(surface, patch_m): (&'a CascadeSurface, f64)| {
             let plane = |field| surface.plane(field).unwrap_or_default();
@@ -83,8 +84,8 @@ impl<'a> Sampler<'a> {
         Self { grids: surface.cascades.iter().zip(patches_m).filter_map(grid).collect() }
     }
 
-    /// Horizontal displacement of the particle that rests at a point, and its derivatives: those of what lies between
-    /// the samples, so that a search on it arrives.
+    /// Horizontal displacement of the particle that rests at a point (x, z), metres, and its derivatives: those of what
+    /// lies between the samples, so that a search on it arrives.
     pub fn displacement(&self, at: [f64; 2]) -> Displacement {
         let (mut x, mut z) = ([Vec4::ZERO; 3], [Vec4::ZERO; 3]);
         for grid in self.grids.iter().filter(|grid| !grid.dx.is_empty() && !grid.dz.is_empty()) {
@@ -109,8 +110,8 @@ impl<'a> Sampler<'a> {
         Displacement { dx, dz, dxx, dzz, dxz, dzx }
     }
 
-    /// Fields of the particles that rest at these points, by [`Field`]; empty where not wanted, and zero where the
-    /// surface doesn't have one.
+    /// Fields of the particles that rest at these points (x, z), metres: by [`Field`], as many as there are points;
+    /// empty where not wanted, and zero where the surface doesn't have one.
     pub fn fields(&self, at: &[[f64; 2]], wanted: FieldSet) -> [Vec<f32>; Field::ALL.len()] {
         let mut sums = Field::ALL.map(|field| vec![0.0; if wanted.contains(field) { at.len() } else { 0 }]);
         let mut taps = Vec::with_capacity(at.len());
