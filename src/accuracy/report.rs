@@ -205,7 +205,13 @@ mod tests {
             point("coarse", 0.5, Some(1.0), true),
             point("never timed", 0.0, None, true),
         ];
-        let axis = Axis { name: "serving".to_owned(), about: String::new(), measure: Measure::Height, points };
+        let axis = Axis {
+            name: "serving".to_owned(),
+            about: String::new(),
+            measure: Measure::Height,
+            cost: Cost::Time,
+            points,
+        };
         let within = |budget_ms| axis.best_within(budget_ms).map(|point| point.setting.as_str());
         assert_eq!(within(25.0), Some("exact"), "a frame takes at most four fifths");
         assert_eq!(within(24.9), Some("fine"));

@@ -2,3 +2,4 @@
 
 mod claim;
 mod laws;
+mod page;
