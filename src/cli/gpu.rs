@@ -43,6 +43,12 @@ impl GpuArguments {
     pub fn opener(&self, software: bool) -> Option<Opener> {
         Some(Opener::gpu(self.settings(software)))
     }
+
+    /// The same, with 16-bit floats between its passes.
+    pub fn half_opener(&self, software: bool) -> Option<Opener> {
+        let settings = crate::backend::GpuSettings { storage: crate::backend::Storage::F16, ..self.settings(software) };
+        Some(Opener::gpu(settings))
+    }
 }
 
 #[cfg(not(feature = "gpu"))]
@@ -58,6 +64,11 @@ impl GpuArguments {
 
     /// There is none in this build.
     pub fn opener(&self, _software: bool) -> Option<Opener> {
+        None
+    }
+
+    /// There is none in this build.
+    pub fn half_opener(&self, _software: bool) -> Option<Opener> {
         None
     }
 }

@@ -1,5 +1,6 @@
 //! The command line: one thin subcommand a file. Exit status 0 good, 1 failed, 2 bad usage.
 
+mod accuracy;
 mod export;
 mod gpu;
 mod load;
@@ -46,6 +47,8 @@ enum Command {
     Export(export::ExportArguments),
     /// Print what a demand takes, pass by pass, and what each effect costs on this machine.
     Plan(plan::PlanArguments),
+    /// Measure what accuracy costs in time on this machine: errors beside the exact sea, times, bytes, memory.
+    Accuracy(accuracy::AccuracyArguments),
     /// Print the water at one point of the world as JSON.
     Probe(probe::ProbeArguments),
 }
@@ -63,6 +66,7 @@ pub fn main() -> ExitCode {
         Some(Command::Calibrator) => load::calibrator(),
         Some(Command::Export(arguments)) => export::run(&arguments),
         Some(Command::Plan(arguments)) => plan::run(&arguments),
+        Some(Command::Accuracy(arguments)) => accuracy::run(&arguments),
         Some(Command::Probe(arguments)) => probe::run(&arguments),
     };
     match done {

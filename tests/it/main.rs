@@ -1,5 +1,6 @@
 //! One integration binary; each module says which laws it holds.
 
+mod accuracy;
 mod allocations;
 mod api;
 mod backends;

@@ -1,0 +1,3 @@
+//! Laws of `swellcast accuracy`: what it measures, and how that is told.
+
+mod page;
