@@ -75,6 +75,10 @@ bless:
 bench *args:
     cargo bench {{args}}
 
+# Write docs/accuracy.html anew, and its still for the README: what accuracy costs on this machine; ten minutes.
+accuracy:
+    cargo run --release -- accuracy --html docs/accuracy.html --still docs/accuracy.png
+
 # Write docs/budget.md anew: what budgets of milliseconds pick on this machine, and whether that holds.
 budget:
     cargo bench --bench budget -- --write
