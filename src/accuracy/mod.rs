@@ -41,7 +41,7 @@ pub use normals::normals;
 pub use page::page;
 pub use picture::{Picture, Pictures, pictures};
 pub use playback::{Between, KERNELS, between_frames, playback};
-pub use report::{Axis, Cost, Machine, Measure, Point, Report, STAGES, StageRow};
+pub use report::{Axis, Cost, Machine, Measure, Point, Report, SERVING, STAGES, StageRow};
 pub use resolution::{band, cascades, grid};
 pub use stages::stages;
 pub use stream::stream;

@@ -7,7 +7,7 @@ use plotters::coord::Shift;
 use plotters::coord::combinators::{BindKeyPoints, IntoLogRange};
 use plotters::prelude::*;
 
-use super::report::{Axis, Cost, Measure, Point};
+use super::report::{Axis, Cost, Measure, Point, SERVING};
 use super::text::{escape, significant};
 
 const SIZE: (u32, u32) = (900, 460);
@@ -71,23 +71,25 @@ pub(super) fn of_axis(axis: &Axis) -> Option<String> {
     Plot { title: axis.name.clone(), cost, error, groups: vec![&axis.name], dots }.svg()
 }
 
-/// Every point that has an error of height and a time, and the front over all of them; `None` where there is none.
+/// Every point that has an error of height and a time, and the front of the settings that a server can be run at: axes
+/// leave out different things, so that there is no one front over all. `None` where there is no such point.
 pub(super) fn of_everything(axes: &[Axis]) -> Option<String> {
     let timed = |point: &&Point| point.time.is_some() && point.errors.height_rms.is_some();
     let (mut points, mut groups, mut names) = (Vec::new(), Vec::new(), Vec::new());
     for axis in axes.iter().filter(|axis| axis.points.iter().any(|point| timed(&point))) {
-        let named = |point: &Point| Point { setting: format!("{}, {}", axis.name, point.setting), ..point.clone() };
+        let named = |point: &Point| Point {
+            setting: format!("{}, {}", axis.name, point.setting),
+            front: point.front && axis.name == SERVING,
+            ..point.clone()
+        };
         points.extend(axis.points.iter().filter(timed).map(named));
         groups.resize(points.len(), names.len());
         names.push(axis.name.as_str());
     }
-    let mut all =
-        Axis { name: String::new(), about: String::new(), measure: Measure::Height, cost: Cost::Time, points };
-    all.mark_front();
-    let dot = |(point, group): (&Point, usize)| Some(Dot { group, ..dot(point, all.measure, true)? });
-    let dots = all.points.iter().zip(groups).filter_map(dot).collect();
-    let title = "error against time of everything".to_owned();
-    Plot { title, cost: "ms", error: shown(all.measure).1, groups: names, dots }.svg()
+    let dot = |(point, group): (&Point, usize)| Some(Dot { group, ..dot(point, Measure::Height, true)? });
+    let dots = points.iter().zip(groups).filter_map(dot).collect();
+    let title = "error against time of everything, and the front of what a server can be run at".to_owned();
+    Plot { title, cost: "ms", error: shown(Measure::Height).1, groups: names, dots }.svg()
 }
 
 /// Factor on an error as it is shown, and what it is then.

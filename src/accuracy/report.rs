@@ -112,6 +112,9 @@ pub struct StageRow {
     pub times: [Times; STAGES.len()],
 }
 
+/// The axis of the combinations that a server can be run at.
+pub const SERVING: &str = "serving";
+
 /// The stages of the CPU: spectra of every mode; turning them to a tick; transforms of eight fields; the Jacobian;
 /// normals; foam; and encoding six channels.
 pub const STAGES: [&str; 7] = ["initialise", "evolve", "transform", "assemble", "normals", "foam", "encode"];
@@ -205,13 +208,8 @@ mod tests {
             point("coarse", 0.5, Some(1.0), true),
             point("never timed", 0.0, None, true),
         ];
-        let axis = Axis {
-            name: "serving".to_owned(),
-            about: String::new(),
-            measure: Measure::Height,
-            cost: Cost::Time,
-            points,
-        };
+        let axis =
+            Axis { name: SERVING.to_owned(), about: String::new(), measure: Measure::Height, cost: Cost::Time, points };
         let within = |budget_ms| axis.best_within(budget_ms).map(|point| point.setting.as_str());
         assert_eq!(within(25.0), Some("exact"), "a frame takes at most four fifths");
         assert_eq!(within(24.9), Some("fine"));

@@ -1,5 +1,7 @@
 //! What is sent: floats and counts of every error class, predicted or each frame by itself.
 
+use std::ops::Range;
+
 use super::axis::{Draft, axis};
 use super::errors::{Errors, Particle};
 use super::ground::{Ground, LOOKED_AT, Made, fields_on_grid, sampled_on_grid};
@@ -74,30 +76,28 @@ impl Sender {
         }
     }
 
-    /// Sends a surface; of the bytes those of frames from `counted` on, and the time, count.
-    fn send(&mut self, surface: &Surface, counted: &std::ops::Range<i64>, ground: &Ground) {
-        let (stamp, started) = (Stamp { tick: surface.tick, epoch: 1, sequence: 0, layout: 0 }, ground.clock.now_us());
-        let surfaces = surface.cascades.iter().flat_map(|cascade| [cascade; GROUPS.len()]);
-        let mut sent = Vec::new();
+    /// Sends a surface; of the bytes those of frames in `counted`, and the time, count.
+    fn send(&mut self, surface: &Surface, counted: &Range<i64>, ground: &Ground) {
+        // Whoever has nothing to predict from makes key frames, and those are of the lowest rate.
+        let tick = if self.way.keys { surface.tick * (SLOWEST_INTERVAL / INTERVAL) } else { surface.tick };
         if self.way.keys {
-            // Whoever has nothing to predict from makes key frames.
             self.encoders = self.units.iter().map(|unit| UnitEncoder::new(*unit)).collect();
         }
+        let (stamp, started) = (Stamp { tick, epoch: 1, sequence: 0, layout: 0 }, ground.clock.now_us());
+        let surfaces = surface.cascades.iter().flat_map(|cascade| [cascade; GROUPS.len()]);
+        let mut sent = Vec::new();
         for ((cascade, unit), encoder) in surfaces.zip(&self.units).zip(&mut self.encoders) {
             let planes = planes(cascade, *unit).unwrap_or_default();
             sent.push(encoder.take(cascade.n, &planes, stamp).unwrap_or_default());
         }
         let ms = (ground.clock.now_us() - started) as f64 / 1e3;
-        if counted.contains(&surface.tick) {
-            self.times.push(ms);
-        }
+        let counts = |sent: i64| counted.contains(&if self.way.keys { surface.tick } else { sent });
+        self.times.extend(counts(surface.tick).then_some(ms));
         for frames in &sent {
             // Of one tick the deepest predictions stand first; the others are for whoever joins.
             for (i, frame) in frames.iter().enumerate() {
                 let first = frames[..i].iter().all(|before| before.tick != frame.tick || before.depth == frame.depth);
-                if first && counted.contains(&frame.tick) {
-                    self.bytes += frame.bytes.len();
-                }
+                self.bytes += if first && counts(frame.tick) { frame.bytes.len() } else { 0 };
             }
         }
     }
@@ -110,7 +110,7 @@ pub fn stream(ground: &Ground) -> Axis {
     let mut made = Made::new(sea.clone(), LOOKED_AT, &ground.scene.effects);
     let mut senders: Vec<Sender> = ways().into_iter().map(|way| Sender::new(way, sea)).collect();
     // Predictions reach back, and frames between two wait for the second of them.
-    let seconds = if ground.quick { 3 } else { 15 };
+    let seconds = if ground.quick { 2 } else { 15 };
     let begin = ground.tick / TICKS_PER_SECOND * TICKS_PER_SECOND;
     let counted = begin..begin + seconds * 2 * SLOWEST_INTERVAL;
     for tick in (begin - 4 * SLOWEST_INTERVAL..counted.end + 2 * SLOWEST_INTERVAL).step_by(INTERVAL as usize) {

@@ -79,7 +79,7 @@ pub fn sweep(sweep: &Sweep, clock: &Clock, progress: &mut dyn FnMut(&Progress<'_
         clock,
         open: &|| Ok(Box::new(Cpu::new(None))),
         most_backends: usize::MAX,
-        most_ms: if sweep.quick { 2.0 } else { 50.0 },
+        most_ms: if sweep.quick { 1.0 } else { 50.0 },
         goes_on: &mut |done, of| {
             told(0.85 + 0.15 * done as f64 / of.max(1) as f64, "serving");
             true

@@ -9,13 +9,11 @@ use clap::Args;
 
 use super::gpu::GpuArguments;
 use super::scene;
-use crate::accuracy::{Pictures, Point, Progress, Report, Sweep, page, pictures, significant, sweep, table};
+use crate::accuracy::{Pictures, Point, Progress, Report, SERVING, Sweep, page, pictures, significant, sweep, table};
 use crate::engine::Clock;
 
 /// Pixels a side of the page's pictures.
 const PICTURE: usize = 320;
-/// Name of the axis of all combinations that a server can be run at.
-const SERVING: &str = "serving";
 /// Cells of the progress bar.
 const BAR: usize = 30;
 

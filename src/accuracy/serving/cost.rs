@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use super::Setting;
 use super::off::errors_at;
-use crate::accuracy::{Axis, Cost, Measure, Point, Times};
+use crate::accuracy::{Axis, Cost, Measure, Point, SERVING, Times};
 use crate::backend::{Backend, BackendError};
 use crate::engine::{Clock, Stepper, interval_of_rate};
 use crate::plan::{Demand, fields_of};
@@ -181,7 +181,7 @@ pub fn measure(scene: &Scene, settings: &[Setting], tick: i64, measuring: &mut M
     let about = "The settings that a server can be run at: patches of the scene's layout, on grids from coarse to fine. \
                  Errors are of the waves that a layout leaves out, and of reading between its samples; time and bytes are \
                  of whole frames with every effect of the scene, to a millimetre, 30 a second.";
-    let (name, about) = ("serving".to_owned(), about.to_owned());
+    let (name, about) = (SERVING.to_owned(), about.to_owned());
     let mut axis = Axis { name, about, measure: Measure::Height, cost: Cost::Time, points };
     axis.mark_front();
     Ok(axis)
@@ -236,7 +236,8 @@ impl Run<'_, '_> {
             // The first makes tables, and memory.
             frames.make()?;
             let [(a, _), (b, _)] = [frames.time(self.measuring.clock)?, frames.time(self.measuring.clock)?];
-            let ms = a.min(b);
+            // Of the two, one waits for the other to be coded.
+            let ms = a.max(b);
             let first = together.is_empty() && self.points.iter().all(Option::is_none);
             if ms > HOPELESS * self.measuring.most_ms && !first {
                 hopeless.push((patches, n));
