@@ -110,9 +110,9 @@ pub fn stream(ground: &Ground) -> Axis {
     let mut made = Made::new(sea.clone(), LOOKED_AT, &ground.scene.effects);
     let mut senders: Vec<Sender> = ways().into_iter().map(|way| Sender::new(way, sea)).collect();
     // Predictions reach back, and frames between two wait for the second of them.
-    let seconds = if ground.quick { 2 } else { 15 };
+    let frames = if ground.quick { 8 } else { 60 };
     let begin = ground.tick / TICKS_PER_SECOND * TICKS_PER_SECOND;
-    let counted = begin..begin + seconds * 2 * SLOWEST_INTERVAL;
+    let counted = begin..begin + frames * INTERVAL;
     for tick in (begin - 4 * SLOWEST_INTERVAL..counted.end + 2 * SLOWEST_INTERVAL).step_by(INTERVAL as usize) {
         let surface = made.step(tick);
         senders.iter_mut().for_each(|sender| sender.send(surface, &counted, ground));

@@ -12,6 +12,7 @@ mod record;
 mod replay;
 mod scene;
 mod serve;
+mod tls;
 mod watch;
 
 use std::process::ExitCode;

@@ -1,12 +1,14 @@
 //! What every server on the network has in common: its address, its limits, its log, and how it is told to end.
 
+use std::io::{IsTerminal, Write};
 use std::net::SocketAddr;
 
 use anyhow::{Context, Result};
 use clap::Args;
 use tokio::net::TcpListener;
 
-use crate::server::{Settings, allow_open_files};
+use super::tls::{self, TlsArguments};
+use crate::server::{Identity, Settings, allow_open_files};
 
 #[derive(Debug, Args)]
 pub struct NetworkArguments {
@@ -22,6 +24,8 @@ pub struct NetworkArguments {
     /// An origin that may open a stream beside the server's own, like https://show.example; may be repeated
     #[arg(long, value_name = "ORIGIN")]
     allow_origin: Vec<String>,
+    #[command(flatten)]
+    tls: TlsArguments,
 }
 
 fn megabits(text: &str) -> Result<f64, String> {
@@ -38,13 +42,31 @@ impl NetworkArguments {
         TcpListener::bind(self.listen).await.with_context(|| format!("listening at {}", self.listen))
     }
 
-    /// The limits asked for.
-    pub fn settings(&self) -> Settings {
-        Settings {
+    /// The limits asked for, and the certificate.
+    ///
+    /// # Errors
+    /// When there is no such certificate.
+    pub fn settings(&self) -> Result<Settings> {
+        Ok(Settings {
+            tls: self.tls.identity()?,
             allowed_origins: self.allow_origin.clone(),
             egress_mbps: self.egress_mbps,
             ..Settings::for_clients(self.clients as usize)
-        }
+        })
+    }
+}
+
+/// Says that a server is there, and how to get in.
+pub fn tell(what: &str, address: SocketAddr, identity: Option<&Identity>, more: &str) {
+    let scheme = if identity.is_some() { "https" } else { "http" };
+    let mut output = std::io::stdout().lock();
+    let drawn = output.is_terminal();
+    let tls = identity.map(|identity| tls::told(identity, address, drawn)).unwrap_or_default();
+    let said =
+        write!(output, "Swellcast serves {what} at {scheme}://{address}/\n{more}{tls}").and_then(|()| output.flush());
+    if let Err(error) = said {
+        // Whoever started it may have stopped reading; the sea goes on.
+        tracing::debug!(%error, %address, "standard output");
     }
 }
 

@@ -1,6 +1,5 @@
 //! `swellcast replay`: a recording on the network.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
@@ -35,7 +34,8 @@ async fn replay(arguments: ReplayArguments) -> Result<()> {
     let ReplayArguments { file, network, from, repeat } = arguments;
     ensure!((0.0..1e9).contains(&from), "--from is {from}, must be from 0 to 1e9");
     let listener = network.listener().await?;
-    let settings = network.settings();
+    let settings = network.settings()?;
+    let identity = settings.tls.clone();
     network::allow_files(&settings);
     let recording = Recording::open(&file)?;
     if !recording.is_whole() {
@@ -48,15 +48,8 @@ async fn replay(arguments: ReplayArguments) -> Result<()> {
     let ocean = tokio::task::spawn_blocking(begin).await??;
     let address = listener.local_addr()?;
     let seconds = length as f64 / TICKS_PER_SECOND as f64;
-    let said = writeln!(
-        std::io::stdout().lock(),
-        "Swellcast serves {name} at http://{address}/\nRecorded: {seconds:.1} s{}.",
-        if repeat { ", again and again" } else { "" }
-    );
-    if let Err(error) = said {
-        // Whoever started it may have stopped reading; the sea goes on.
-        tracing::debug!(%error, %address, "standard output");
-    }
+    let recorded = format!("Recorded: {seconds:.1} s{}.\n", if repeat { ", again and again" } else { "" });
+    network::tell(&name, address, identity.as_ref(), &recorded);
     let of_end = std::sync::Arc::clone(&ocean);
     let end = async move {
         tokio::select! {

@@ -1,6 +1,5 @@
 //! `swellcast serve`: a scene on the network.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
@@ -80,8 +79,9 @@ async fn serve(arguments: ServeArguments) -> Result<()> {
             ..EngineSettings::default()
         },
         budget_ms: arguments.budget_ms,
-        ..arguments.network.settings()
+        ..arguments.network.settings()?
     };
+    let identity = settings.tls.clone();
     network::allow_files(&settings);
     let address = listener.local_addr()?;
     let ocean = tokio::task::spawn_blocking(move || Ocean::start(store, begun, settings)).await?;
@@ -89,14 +89,10 @@ async fn serve(arguments: ServeArguments) -> Result<()> {
         tracing::warn!("{warning}");
     }
     let kept = match &arguments.data {
-        Some(folder) => format!("Changes are kept in {}: {changes} so far, tick {tick}.", folder.display()),
-        None => "Changes are kept in memory; --data DIR keeps them through restarts.".to_owned(),
+        Some(folder) => format!("Changes are kept in {}: {changes} so far, tick {tick}.\n", folder.display()),
+        None => "Changes are kept in memory; --data DIR keeps them through restarts.\n".to_owned(),
     };
-    let said = writeln!(std::io::stdout().lock(), "Swellcast serves {name} at http://{address}/\n{kept}");
-    if let Err(error) = said {
-        // Whoever started it may have stopped reading; the sea goes on.
-        tracing::debug!(%error, %address, "standard output");
-    }
+    network::tell(&name, address, identity.as_ref(), &kept);
     server::run(listener, ocean, network::interrupted()).await.context("serving")
 }
 

@@ -14,6 +14,7 @@ use super::seats::Seats;
 use super::settings::Settings;
 use super::socket::Socket;
 use super::stream::Stream;
+use super::transport::Transport;
 use super::upgrade;
 
 /// A conformance test opens one connection after the other.
@@ -34,7 +35,12 @@ pub async fn echo(listener: TcpListener, most: usize) -> io::Result<()> {
     loop {
         let (stream, address) = listener.accept().await?;
         if let Some(seat) = seats.take(address.ip()) {
-            tokio::spawn(listen::speak(Socket::new(stream, seat), router.clone(), head, closing.clone()));
+            tokio::spawn(listen::speak(
+                Socket::new(Transport::Plain(stream), seat),
+                router.clone(),
+                head,
+                closing.clone(),
+            ));
         }
     }
 }

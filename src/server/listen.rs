@@ -18,6 +18,7 @@ use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
 use super::api;
 use super::ocean::Ocean;
 use super::socket::Socket;
+use super::transport::Transport;
 
 /// Largest head of a request.
 const MAX_HEAD: usize = 64 << 10;
@@ -110,11 +111,27 @@ fn is_of_one_connection(error: &io::Error) -> bool {
 fn welcome(stream: TcpStream, address: SocketAddr, router: &Router, ocean: &Arc<Ocean>) {
     let Some(seat) = ocean.seats.take(address.ip()) else {
         ocean.metrics.refused();
-        refuse(stream);
+        // In plain words only to those who speak plainly.
+        if ocean.settings.tls.is_none() {
+            refuse(stream);
+        }
         return;
     };
-    let (socket, router, closing) = (Socket::new(stream, seat), router.clone(), ocean.bulletin.closing());
-    tokio::spawn(speak(socket, router, ocean.settings.head, closing));
+    let (router, closing, head) = (router.clone(), ocean.bulletin.closing(), ocean.settings.head);
+    let Some(tls) = &ocean.settings.tls else {
+        tokio::spawn(speak(Socket::new(Transport::Plain(stream), seat), router, head, closing));
+        return;
+    };
+    let handshake = tls.acceptor().accept(stream);
+    tokio::spawn(async move {
+        match timeout(head, handshake).await {
+            Ok(Ok(stream)) => {
+                speak(Socket::new(Transport::Sealed(Box::new(stream)), seat), router, head, closing).await;
+            }
+            Ok(Err(error)) => tracing::debug!(%error, "handshake"),
+            Err(_) => tracing::debug!("a handshake took too long"),
+        }
+    });
 }
 
 /// Says that the server is full, without waiting for anything.

@@ -44,7 +44,9 @@ mod socket;
 mod source;
 mod stream;
 mod subscriptions;
+mod tls;
 mod told;
+mod transport;
 mod upgrade;
 mod viewer;
 
@@ -61,3 +63,4 @@ pub use process::{Usage, allow_open_files, machine_cpu_seconds};
 pub use proposal::When;
 pub use replay::ReplaySettings;
 pub use settings::{MAX_UNITS, Settings};
+pub use tls::{Identity, IdentityError};

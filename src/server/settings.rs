@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use super::tls::Identity;
 use crate::engine::EngineSettings;
 
 /// What an operator may set.
@@ -19,6 +20,8 @@ pub struct Settings {
     pub egress_mbps: Option<f64>,
     /// Milliseconds that a step may take, where the layout of cascades is to be picked by that.
     pub budget_ms: Option<f64>,
+    /// With what it speaks TLS; `None`: it doesn't.
+    pub tls: Option<Identity>,
     /// Most units encoded for all clients together.
     pub live_units: usize,
     /// Most points that all clients together follow.
@@ -57,6 +60,7 @@ impl Default for Settings {
             clients: 2048,
             egress_mbps: None,
             budget_ms: None,
+            tls: None,
             live_units: 64,
             live_points: 10_000,
             allowed_origins: Vec::new(),

@@ -7,18 +7,18 @@ use std::time::Duration;
 
 use bytes::{Buf, Bytes};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::net::TcpStream;
 use tokio::time::{Sleep, sleep};
 
 use super::seats::Seat;
+use super::transport::Transport;
 
 /// A peer that takes no byte during two checks in a row is gone: 10 to 15 seconds.
 const CHECK: Duration = Duration::from_secs(5);
 
-/// A TCP connection that ends when its peer stalls. The same type under HTTP and WebSocket.
+/// A connection that ends when its peer stalls. The same type under HTTP and WebSocket.
 #[derive(Debug)]
 pub struct Socket {
-    stream: TcpStream,
+    stream: Transport,
     _seat: Seat,
     unread: Bytes,
     written: u64,
@@ -38,7 +38,7 @@ struct Stall {
 
 impl Socket {
     /// Wraps an accepted connection.
-    pub fn new(stream: TcpStream, seat: Seat) -> Self {
+    pub fn new(stream: Transport, seat: Seat) -> Self {
         Self { stream, _seat: seat, unread: Bytes::new(), written: 0, stall: None, tells: false, stalled: false }
     }
 

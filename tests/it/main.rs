@@ -44,6 +44,7 @@ mod stability;
 mod statistics;
 mod streaming;
 mod support;
+mod tls;
 mod trochoid;
 mod vectors;
 mod wire;
