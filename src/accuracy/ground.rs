@@ -58,7 +58,7 @@ impl<'a> Ground<'a> {
         let (sea, hs_m) = (timeline.at(TICK), timeline.hs_at(TICK));
         let spots = spots(sea.cascades[0].cascade.patch_m, if quick { 24 } else { 64 });
         let truth = fields(&sea, TICK, &spots).iter().map(Particle::of).collect();
-        let rounds = if quick { 5 } else { 15 };
+        let rounds = if quick { 5 } else { 25 };
         Self { clock, hs_m, scene, sea, tick: TICK, spots, truth, rounds, quick }
     }
 

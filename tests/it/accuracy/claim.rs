@@ -77,7 +77,7 @@ async fn what_is_claimed_of_a_stream_is_what_a_client_measures_beside_the_refere
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn whoever_asks_for_errors_is_told_of_all_groups_where_nobody_watches_and_of_no_tick_out_of_reach() {
     let served = Served::start(&scene(SMALL), Settings::default()).await;
-    let told = served.get(&format!("/v1/scenes/small/accuracy")).await.json();
+    let told = served.get("/v1/scenes/small/accuracy").await.json();
     let channels = told["channels"].as_array().unwrap();
     assert!(channels.len() > 5, "{told}");
     for claim in channels {
