@@ -34,7 +34,8 @@ fn main() {
     };
     let axis = measure(&scene, &settings, 0, &mut measuring).expect("the CPU measures");
     let took_s = (clock.now_us() - begun) as f64 / 1e6;
-    eprintln!("{} of {} settings measured in {took_s:.1} s", axis.points.len(), settings.len());
+    let timed = axis.points.iter().filter(|point| point.time.is_some()).count();
+    eprintln!("{timed} of {} settings measured in {took_s:.1} s", settings.len());
     let picks: Vec<Pick> = BUDGETS_MS.map(|budget| Pick::of(&axis, budget, &scene, &settings, &clock)).into();
     let every = table(axis.points.iter());
     println!("{every}");
@@ -97,7 +98,7 @@ fn table<'a>(points: impl Iterator<Item = &'a Point>) -> String {
         "| setting | median ms | p95 ms | height, % of Hs | normal, degrees | Mb/s | MB | front |\n|---|---|---|---|---|---|---|---|\n",
     );
     for point in points {
-        let Some(time) = point.time else { continue };
+        let time = point.time.unwrap_or_default();
         let (mbps, mb) =
             (point.bytes_per_s.unwrap_or(0.0) * 8e-6, point.memory_bytes.unwrap_or(0) as f64 / 1_048_576.0);
         let (front, off) = (if point.front { "yes" } else { "" }, off(&point.errors));

@@ -93,7 +93,7 @@ pub(super) struct Measured {
     pub of: Scene,
     /// What computed.
     pub backend: &'static str,
-    /// Settings far slower than this were left out, milliseconds.
+    /// Of settings far slower than this no time was taken, milliseconds.
     pub most_ms: f64,
     /// When.
     pub tick: i64,
@@ -107,7 +107,7 @@ impl Measured {
         self.of == *of && self.backend == backend && budget_ms <= 2.0 * self.most_ms && tick - self.tick < LASTS
     }
 
-    /// The most accurate setting that was measured.
+    /// The most accurate setting, whatever it takes.
     fn best(&self) -> Option<&Point> {
         let error = |point: &Point| self.axis.measure.of(&point.errors).unwrap_or(f64::INFINITY);
         self.axis.points.iter().min_by(|a, b| error(a).total_cmp(&error(b)))

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use super::Setting;
-use super::off::errors_at;
-use crate::accuracy::{Axis, Cost, Measure, Point, SERVING, Times};
+use super::off::{errors, errors_at};
+use crate::accuracy::{Axis, Cost, Errors, Measure, Point, SERVING, Times};
 use crate::backend::{Backend, BackendError};
 use crate::engine::{Clock, Stepper, interval_of_rate};
 use crate::plan::{Demand, fields_of};
@@ -16,14 +16,14 @@ use crate::wire::{Codec, ErrorClass, Group, TICKS_PER_SECOND, UnitName};
 
 /// Ticks between frames, unless the scene allows a group fewer: 30 a second.
 const INTERVAL: i64 = interval_of_rate(30);
-/// Frames of a setting: whole seconds of them, since some frames of each second are made twice, for who joins.
-const ROUNDS: usize = 60;
-/// The same where frames take long.
-const ROUNDS_OF_SLOW: usize = 30;
-/// A frame that takes so long is slow, milliseconds.
-const SLOW_MS: f64 = 5.0;
-/// A setting is left out whose frame takes so many times what a frame may take.
-const HOPELESS: f64 = 4.0;
+/// Rounds of frames. Every setting has a frame in each, or in each second, fourth or eighth: whole seconds of them, since
+/// some frames of a second are made twice, for who joins ...
+const ROUNDS: usize = 240;
+const EVERY: [usize; 4] = [1, 2, 4, 8];
+/// ... and no more than take so long, milliseconds, if that is a second of them.
+const ENOUGH_MS: f64 = 250.0;
+/// No time is taken of a setting whose frame takes so many times what a frame may take.
+const HOPELESS: f64 = 2.0;
 /// Settings are measured together as long as they have no more samples than this: a quarter of a gigabyte of memory.
 const TOGETHER: usize = 1 << 20;
 
@@ -35,7 +35,7 @@ pub struct Measuring<'a> {
     pub open: &'a dyn Fn() -> Result<Box<dyn Backend>, String>,
     /// Most backends at a time: 1 of a device that there is one of.
     pub most_backends: usize,
-    /// How long a frame may take, milliseconds. Settings that take far longer are left out, all but the cheapest.
+    /// How long a frame may take, milliseconds. Of settings that take far longer no time is taken, but of the cheapest.
     pub most_ms: f64,
     /// Told how many of so many pieces of work are done; false: the rest is left.
     pub goes_on: &'a mut dyn FnMut(usize, usize) -> bool,
@@ -144,6 +144,17 @@ impl Frames {
         Ok(bytes)
     }
 
+    /// How long frames take without foam, about, milliseconds: the quicker of two pairs, one of each pair of the lowest
+    /// rate and one between.
+    fn trial(&mut self, clock: &Clock) -> Result<f64, BackendError> {
+        // The first make tables and memory, and have nothing to be predicted from.
+        for _ in 0..4 {
+            self.make()?;
+        }
+        let mut pair = || Ok::<_, BackendError>(0.5 * (self.time(clock)?.0 + self.time(clock)?.0));
+        Ok(pair()?.min(pair()?))
+    }
+
     /// The next frame, timed: milliseconds, and the bytes of it that a client receives.
     ///
     /// # Errors
@@ -170,7 +181,8 @@ fn memory(cascades: &[Cascade], channels: usize) -> u64 {
 }
 
 /// Measures a scene at its settings from a tick on: the axis `serving`, with whole frames of all that the scene has, on
-/// full grids, to a millimetre, 30 times a second, foam among them.
+/// full grids, to a millimetre, 30 times a second, foam among them. Errors are of every setting, also of those of which no
+/// time is taken.
 ///
 /// # Errors
 /// [`Unmeasured`].
@@ -194,7 +206,7 @@ struct Run<'a, 'b> {
     measuring: &'a mut Measuring<'b>,
     /// Backends that are free again.
     spare: Vec<Box<dyn Backend>>,
-    /// In the order of the settings; `None` where one was left out, or has not come yet.
+    /// In the order of the settings; `None` where one has not come yet.
     points: Vec<Option<Point>>,
     done: usize,
 }
@@ -204,7 +216,8 @@ struct Measured<'a> {
     place: usize,
     setting: &'a Setting,
     frames: Frames,
-    rounds: usize,
+    /// It has a frame each so many rounds.
+    every: usize,
     times: Vec<f64>,
     bytes: usize,
 }
@@ -221,11 +234,12 @@ impl Run<'_, '_> {
         order.sort_by_key(|(_, setting)| samples(size(setting)));
         let (mut hopeless, mut together): (Vec<(usize, usize)>, Vec<Measured>) = (Vec::new(), Vec::new());
         for (place, setting) in order {
-            let (patches, n) = size(setting);
             self.look()?;
+            let (patches, n) = size(setting);
             // What is larger in every way is no faster.
             if hopeless.iter().any(|(less, coarser)| *less <= patches && *coarser <= n) {
-                self.done += 1;
+                let errors = errors(self.scene, setting, self.tick);
+                self.found(place, Point { errors, ..untimed(setting) });
                 continue;
             }
             let held: usize = together.iter().map(|measured| measured.frames.samples).sum();
@@ -233,21 +247,19 @@ impl Run<'_, '_> {
                 self.rounds(std::mem::take(&mut together))?;
             }
             let mut frames = Frames::new(self.scene, setting, self.backend()?, self.tick);
-            // The first makes tables, and memory.
-            frames.make()?;
-            let [(a, _), (b, _)] = [frames.time(self.measuring.clock)?, frames.time(self.measuring.clock)?];
-            // Of the two, one waits for the other to be coded.
-            let ms = a.max(b);
+            let ms = frames.trial(self.measuring.clock)?;
             let first = together.is_empty() && self.points.iter().all(Option::is_none);
             if ms > HOPELESS * self.measuring.most_ms && !first {
                 hopeless.push((patches, n));
+                let errors = errors_at(&frames.timeline, setting.finest_m, self.tick);
                 self.spare.push(frames.stepper.into_backend());
-                self.done += 1;
+                self.found(place, Point { errors, ..untimed(setting) });
                 continue;
             }
             frames.warm()?;
-            let rounds = if ms > SLOW_MS { ROUNDS_OF_SLOW } else { ROUNDS };
-            together.push(Measured { place, setting, frames, rounds, times: Vec::with_capacity(rounds), bytes: 0 });
+            let enough = |every: &usize| (ROUNDS / every) as f64 * ms <= ENOUGH_MS;
+            let every = EVERY.into_iter().find(enough).unwrap_or(EVERY[EVERY.len() - 1]);
+            together.push(Measured { place, setting, frames, every, times: Vec::new(), bytes: 0 });
         }
         self.rounds(together)
     }
@@ -260,26 +272,31 @@ impl Run<'_, '_> {
         }
         for round in 0..ROUNDS {
             self.look()?;
-            for measured in together.iter_mut().filter(|measured| round < measured.rounds) {
+            for measured in together.iter_mut().filter(|measured| round % measured.every == 0) {
                 let (ms, bytes) = measured.frames.time(self.measuring.clock)?;
                 measured.times.push(ms);
                 measured.bytes += bytes;
             }
         }
-        for Measured { place, setting, frames, rounds, times, bytes } in together {
+        for Measured { place, setting, frames, times, bytes, .. } in together {
             self.look()?;
-            self.points[place] = Some(Point {
-                setting: setting.name.clone(),
+            let a_second = (TICKS_PER_SECOND / INTERVAL) as f64 / times.len() as f64;
+            let point = Point {
                 errors: errors_at(&frames.timeline, setting.finest_m, self.tick),
+                bytes_per_s: Some(bytes as f64 * a_second),
                 time: Some(Times::of(times)),
-                bytes_per_s: Some(bytes as f64 * (TICKS_PER_SECOND / INTERVAL) as f64 / rounds as f64),
                 memory_bytes: Some(frames.memory_bytes),
-                front: false,
-            });
+                ..untimed(setting)
+            };
             self.spare.push(frames.stepper.into_backend());
-            self.done += 1;
+            self.found(place, point);
         }
         Ok(())
+    }
+
+    fn found(&mut self, place: usize, point: Point) {
+        self.points[place] = Some(point);
+        self.done += 1;
     }
 
     fn backend(&mut self) -> Result<Box<dyn Backend>, Unmeasured> {
@@ -289,4 +306,16 @@ impl Run<'_, '_> {
 
 fn samples((patches, n): (usize, usize)) -> usize {
     patches * n * n
+}
+
+/// A setting of which nothing is known yet.
+fn untimed(setting: &Setting) -> Point {
+    Point {
+        setting: setting.name.clone(),
+        errors: Errors::default(),
+        time: None,
+        bytes_per_s: None,
+        memory_bytes: None,
+        front: false,
+    }
 }
