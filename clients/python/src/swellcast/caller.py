@@ -83,7 +83,11 @@ class Caller:
                     raise ProtocolError(f"subprotocol is {socket.subprotocol}, must be {SUBPROTOCOL}")
                 self.link = Link(socket, self._clock, self._called, self._threads, self._reports)
                 began = time.monotonic()
-                reason = await self.link.run()
+                try:
+                    reason = await self.link.run()
+                except asyncio.CancelledError:
+                    await socket.close()  # politely: it is the program that has enough
+                    raise
                 if time.monotonic() - began > _GOOD_S:
                     self._failed = 0
                 return reason, 0.0

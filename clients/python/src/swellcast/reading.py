@@ -83,9 +83,9 @@ class Fields:
         return tuple(self._number(f"{name}[{i}]", value, -math.inf) for i, value in enumerate(values))
 
     def integers(self, name: str, least: int, most: int) -> tuple[int, ...]:
-        """An array of whole numbers within bounds."""
+        """An array of whole numbers within bounds, one at least."""
         values = self._list(name)
-        if not all(isinstance(value, int) and not isinstance(value, bool) and least <= value <= most for value in values):
+        if not values or not all(isinstance(value, int) and not isinstance(value, bool) and least <= value <= most for value in values):
             self._refuse(name, f"whole numbers from {least} to {most}")
         return tuple(values)
 
