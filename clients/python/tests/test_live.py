@@ -102,7 +102,7 @@ class Live(unittest.IsolatedAsyncioTestCase):
 
     async def test_a_patch_of_four_tiles_is_put_together(self) -> None:
         large = Path(self.folder.name) / "large.toml"
-        large.write_text('name = "large"\n[cascades]\nn = 512\npatches_m = [300.0]\n')
+        large.write_text('name = "large"\n[wind]\nspeed_mps = 8\n[cascades]\nn = 512\npatches_m = [300.0]\n')
         served = Served(large)
         try:
             async with swellcast.connect(served.url) as one, swellcast.connect(served.url) as other:
