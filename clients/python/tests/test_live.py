@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import logging
 import math
+import sys
 import tempfile
 import time
 import unittest
@@ -15,6 +17,7 @@ import numpy as np
 from serving import BINARY, Served, skip_loudly
 
 import swellcast
+from swellcast.gather import dispersion_of, gather
 from swellcast.http import ask
 
 #: Two cascades of 64 x 64 samples: light enough for a busy machine.
@@ -171,6 +174,32 @@ class Live(unittest.IsolatedAsyncioTestCase):
             with self.assertRaises(swellcast.HttpError) as refused:
                 await ocean.probe([])
             self.assertEqual((refused.exception.status, refused.exception.problem["field"]), (422, "points"))
+
+    async def test_the_digests_of_codecs_agree(self) -> None:
+        async def lines_of(codec: str) -> dict[int, str]:
+            command = [sys.executable, "-m", "swellcast.digest", "--url", self.served.url, "--seconds", "3"]
+            pipe = asyncio.subprocess.PIPE
+            process = await asyncio.create_subprocess_exec(*command, "--codec", codec, stdout=pipe)
+            output, _ = await process.communicate()
+            self.assertEqual(process.returncode, 0)
+            lines = [json.loads(line) for line in output.splitlines()]
+            return {line["tick"]: line["digest"] for line in lines}
+
+        rans, plain = await asyncio.gather(lines_of("rans"), lines_of("i16"))
+        self.assertEqual(sorted(rans), list(range(min(rans), max(rans) + 1, 480)))
+        both = rans.keys() & plain.keys()
+        self.assertGreater(len(both), 20)
+        self.assertEqual([tick for tick in both if rans[tick] != plain[tick]], [])
+
+    async def test_the_spectrum_of_the_stream_has_the_energy_of_the_sea(self) -> None:
+        async with swellcast.connect(self.served.url, playback=False) as ocean:
+            found = await gather(ocean, 2.0)
+            spectrum = found.spectrum(await dispersion_of(ocean))
+            told = await ocean.statistics()
+        self.assertLess(abs(spectrum.hs_m / told.hs_m - 1), 0.15)
+        times, heights = found.series()
+        self.assertGreater(len(times), 25)
+        self.assertLess(float(np.abs(heights).max()), 2 * told.hs_m)
 
     async def test_a_change_of_wind_is_told_to_all(self) -> None:
         async with swellcast.connect(self.served.url) as ocean:

@@ -51,7 +51,7 @@ async def print_digests(
 
 def main() -> int:
     """The command; its exit status is 0 when there was a frame."""
-    parser = argparse.ArgumentParser("python -m swellcast.digest", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser("python -m swellcast.digest", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--url", required=True, help="of the server, like http://127.0.0.1:8080")
     parser.add_argument("--seconds", type=float, default=5.0, help="how long to print (default 5)")
     parser.add_argument("--group", default="displacement", choices=GROUP_NAMES)
