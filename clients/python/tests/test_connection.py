@@ -103,7 +103,9 @@ async def next_event(events: Any, kind: type[Event]) -> Any:
 
 class Connections(unittest.IsolatedAsyncioTestCase):
     def setUp(self) -> None:
-        logging.getLogger("swellcast").setLevel(logging.CRITICAL)
+        # What goes wrong here goes wrong on purpose.
+        for name in ("swellcast", "websockets"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
 
     async def test_after_hello_it_exchanges_time_and_subscribes_when_asked(self) -> None:
         async with fake() as (server, url), swellcast.connect(url) as ocean:

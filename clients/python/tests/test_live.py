@@ -28,7 +28,7 @@ speed_mps = 8
 range_mps = [2.0, 20.0]
 [cascades]
 n = 64
-patches_m = [120.0, 17.0]
+patches_m = [400.0, 45.0]
 """
 
 
@@ -106,7 +106,7 @@ class Live(unittest.IsolatedAsyncioTestCase):
     async def test_a_patch_of_four_tiles_is_put_together(self) -> None:
         large = Path(self.folder.name) / "large.toml"
         large.write_text('name = "large"\n[wind]\nspeed_mps = 8\n[cascades]\nn = 512\npatches_m = [300.0]\n')
-        served = Served(large)
+        served = await asyncio.to_thread(Served, large)
         try:
             async with swellcast.connect(served.url) as one, swellcast.connect(served.url) as other:
                 await one.subscribe("height", codec="i16")
@@ -193,12 +193,12 @@ class Live(unittest.IsolatedAsyncioTestCase):
 
     async def test_the_spectrum_of_the_stream_has_the_energy_of_the_sea(self) -> None:
         async with swellcast.connect(self.served.url, playback=False) as ocean:
-            found = await gather(ocean, 2.0)
+            found = await gather(ocean, 4.0)
             spectrum = found.spectrum(await dispersion_of(ocean))
             told = await ocean.statistics()
-        self.assertLess(abs(spectrum.hs_m / told.hs_m - 1), 0.15)
+        self.assertLess(abs(spectrum.hs_m / told.hs_m - 1), 0.25)
         times, heights = found.series()
-        self.assertGreater(len(times), 25)
+        self.assertGreater(len(times), 50)
         self.assertLess(float(np.abs(heights).max()), 2 * told.hs_m)
 
     async def test_a_change_of_wind_is_told_to_all(self) -> None:
@@ -214,7 +214,7 @@ class Live(unittest.IsolatedAsyncioTestCase):
                 await ocean.set_wind(200, 0)
 
     async def test_a_change_of_layout_flows_on(self) -> None:
-        served = Served(self.scene)
+        served = await asyncio.to_thread(Served, self.scene)
         try:
             async with swellcast.connect(served.url) as ocean:
                 await ocean.subscribe("displacement", cascades=[0], codec="rans")
@@ -238,7 +238,7 @@ class Live(unittest.IsolatedAsyncioTestCase):
 
     async def test_a_server_that_is_killed_and_restarted_is_resumed_within_5_s_in_sync(self) -> None:
         data = Path(self.folder.name) / "data"
-        first = Served(self.scene, data)
+        first = await asyncio.to_thread(Served, self.scene, data)
         address = first.url.removeprefix("http://")
         second: Served | None = None
         try:

@@ -155,33 +155,41 @@ def _shifted_symbols(coded: _Coded, samples: int) -> tuple[bytearray, bytearray]
 def _read_in_space(coded: _Coded, taps: Taps, n: int) -> NDArray[np.int16]:
     """A plane that is predicted from its own samples: each depends on the one before it."""
     counts = np.empty((n, n), np.int16)
-    tables, states, word, shift = (coded.tables * _CONTEXTS)[:_CONTEXTS], coded.states, coded.words.__next__, coded.shift
+    tables, word, shift = (coded.tables * _CONTEXTS)[:_CONTEXTS], coded.words.__next__, coded.shift
+    x0, x1, x2, x3 = coded.states
     mask = (1 << shift) - 1
     escapes = iter(coded.escapes.tolist())
+    # The two taps of the west sample as one, in units of 2^-16: shifted together they give what each gives by itself.
+    # The first row follows the sample to its left.
+    west_tap, far_tap = 1 << 16, 0
     for z in range(n):
-        # The first row follows the sample to its left.
-        w0, w4, w7 = (taps[0], taps[4], taps[7]) if z > 0 else (1 << 12, 0, 0)
         row: list[int] = []
         west = far = 0
-        for x, above in enumerate(predict_above(counts, taps, z)):
+        for above in predict_above(counts, taps, z):
             # The sum may be beyond 32 bits; only bits 10 to 27 are looked at, which are the same as of one that wraps.
-            p = above + w0 * west + w4 * far + (w7 * west >> 4)
-            state = states[x & 3]
-            slots, place, symbol = tables[p >> 10 & 3][state & 1023]
-            state = slots * (state >> 10) + place
-            if state < 32768:
-                state = state << 16 | word()
-            count = (p >> 12) + (symbol - 128 << shift) + (state & mask)
+            p = above + far_tap * far + (west_tap * west >> 4)
+            slots, place, symbol = tables[p >> 10 & 3][x0 & 1023]
+            x0 = slots * (x0 >> 10) + place
+            if x0 < 32768:
+                x0 = x0 << 16 | word()
+            count = (p >> 12) + symbol - 128
             if shift > 0:
-                state >>= shift
-                if state < 32768:
-                    state = state << 16 | word()
-            states[x & 3] = state
-            count = next(escapes) if symbol == 0 else (count + 32768 & 65535) - 32768
-            row.append(count)
-            far = west if x > 0 else count
+                count = (p >> 12) + (symbol - 128 << shift) + (x0 & mask)
+                x0 >>= shift
+                if x0 < 32768:
+                    x0 = x0 << 16 | word()
+            if symbol == 0:
+                count = next(escapes)
+            elif not -32768 <= count <= 32767:
+                count = (count + 32768 & 65535) - 32768
+            far = west if row else count
             west = count
+            row.append(count)
+            # The next sample is of the next state.
+            x0, x1, x2, x3 = x1, x2, x3, x0
         counts[z] = row
+        west_tap, far_tap = (taps[0] << 4) + taps[7], taps[4]
+    coded.states = [x0, x1, x2, x3]
     if next(escapes, None) is not None:
         raise PayloadError("payload: more escapes than samples need")
     return counts
