@@ -65,6 +65,8 @@ class Decoder:
             counts = np.frombuffer(frame, "<i2", header.samples, HEADER_BYTES).astype(np.int16, copy=False)
             return Tile(header, counts.reshape(shape), None)
         counts = self._predicted(header, frame)
+        # What the program gets is what later frames are predicted from.
+        counts.flags.writeable = False
         if layer_of(header.tick) < 2:
             self._keep(header, counts)
         return Tile(header, counts, None)

@@ -33,8 +33,8 @@ DEFAULT_CODEC: Final = "deflate"
 def connect(url: str, *, playback: bool = True, reports: bool = True) -> Ocean:
     """A client of the server at a URL like http://host:port; use it as `async with connect(url) as ocean:`.
 
-    `playback` keeps recent frames for `ocean.playback`. `reports` tells the server how this client fares, so that it may
-    send less to one that falls behind; without, it sends all of it however late.
+    `playback` keeps recent frames for `ocean.playback`. `reports` tells the server how this client fares, so that it sends
+    less to one that falls behind; without, it finds out later, when what it sends is not taken.
     """
     return Ocean(url, playback=playback, reports=reports)
 
