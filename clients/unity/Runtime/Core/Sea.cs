@@ -15,7 +15,8 @@ namespace Swellcast
 
         public readonly Cascade[] Cascades;
         public readonly long LeadTicks;
-        private readonly object gate = new object();
+        /// <summary>Shared with the sea before, as are units that go on: that one may still be shown.</summary>
+        private readonly object gate;
         private readonly UnitPlayback[][] units; // by place of the cascade, then group; null where none is subscribed
 
         /// <summary>Units that were subscribed and don't fit into what may be held.</summary>
@@ -27,6 +28,7 @@ namespace Swellcast
         /// <param name="before">A sea of the same epoch: frames of cascades that go on are taken from it; or null.</param>
         public Sea(Hello hello, Plan plan, Sea before)
         {
+            gate = before == null ? new object() : before.gate;
             Cascades = hello.Cascades;
             LeadTicks = hello.LeadTicks;
             units = new UnitPlayback[Cascades.Length][];
@@ -37,7 +39,7 @@ namespace Swellcast
                 int place = PlaceOf(unit.Cascade), group = Names.IndexOf(Names.Groups, unit.Group);
                 if (place < 0 || group < 0 || units[place][group] != null) continue;
                 int interval = plan.IntervalOf(unit);
-                UnitPlayback held = before == null ? null : before.Take(Cascades[place], group, unit.Level, interval);
+                UnitPlayback held = before == null ? null : before.Find(Cascades[place], group, unit.Level, interval);
                 var playback = held ?? new UnitPlayback(Cascades[place], group, unit.Level, interval, LeadTicks);
                 room -= playback.Room;
                 if (room < 0)
@@ -49,21 +51,14 @@ namespace Swellcast
             }
         }
 
-        /// <summary>
-        /// Gives away a unit of a cascade that goes on, with its frames; null where there is none that fits.
-        /// </summary>
-        private UnitPlayback Take(Cascade cascade, int group, int level, int interval)
+        /// <summary>A unit of a cascade that goes on, with its frames; null where there is none that fits.</summary>
+        private UnitPlayback Find(Cascade cascade, int group, int level, int interval)
         {
-            lock (gate)
-            {
-                int place = PlaceOf(cascade.Index);
-                UnitPlayback unit = place < 0 ? null : units[place][group];
-                bool fits = unit != null && Cascades[place].FromTick == cascade.FromTick && Cascades[place].N == cascade.N
-                    && unit.FinestLevel == level && unit.Interval == interval;
-                if (!fits) return null;
-                units[place][group] = null;
-                return unit;
-            }
+            int place = PlaceOf(cascade.Index);
+            UnitPlayback unit = place < 0 ? null : units[place][group];
+            bool fits = unit != null && unit.FinestLevel == level && unit.Interval == interval
+                && Cascades[place].FromTick == cascade.FromTick && Cascades[place].N == cascade.N;
+            return fits ? unit : null;
         }
 
         private int PlaceOf(int index)

@@ -119,6 +119,8 @@ namespace Swellcast.Tests
             Sea sea = SeaOf(Samples.Hello(cascades: both), first);
             sea.Seek(4700);
             Check.Near(sea.HeightAt(1, 1), 0.2, 1e-6, "frames of what goes on are there");
+            first.Seek(4700);
+            Check.Near(first.HeightAt(1, 1), 0.2, 1e-6, "and still where they were, until nobody looks there");
             sea.Seek(5000);
             Check.Near(sea.HeightAt(1, 1), 0.2, 1e-6, "what is not there counts as nothing");
             Check.Same(sea.Footing, Footing.Nothing, "the new one has no frame");
