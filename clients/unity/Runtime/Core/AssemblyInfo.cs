@@ -1,0 +1,4 @@
+// Lets the tests see what is internal.
+using System.Runtime.CompilerServices;
+
+[assembly: InternalsVisibleTo("Tests")]
