@@ -59,6 +59,18 @@ autobahn *args:
 test-web:
     cd clients/web && SWELLCAST_REQUIRE_VECTORS=1 npm test
 
+# The Python client's tests, in an environment of its own.
+test-python:
+    .ci/python
+
+# The C# client's tests, on Mono.
+test-unity:
+    .ci/unity
+
+# One server and every client: the same digests of the same ticks.
+interop seconds="60":
+    .ci/interop {{seconds}}
+
 # The viewer in headless Chromium, against a server started for it.
 browser:
     .ci/browser

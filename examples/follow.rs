@@ -24,7 +24,8 @@ async fn main() -> anyhow::Result<()> {
                 let unit = UnitName { cascade, level: 0, class, group: Group::Displacement, codec: Codec::Rans };
                 connection.subscribe(15, vec![unit], false).await;
             }
-            Event::Frame(frame, _) => {
+            // A busy server may send coarser frames than were asked for.
+            Event::Frame(frame, _) if frame.header.level == 0 => {
                 // dx, height and dz, `[z][x]`, in metres; 4 standard deviations are the significant wave height.
                 let heights = &frame.planes[1];
                 let mean_square = heights.iter().map(|h| h * h).sum::<f32>() / heights.len() as f32;

@@ -17,9 +17,9 @@ const on = {
   exchange() {},
   report() {},
   refused: (why) => console.error(`refused: ${why}`),
-  frame({ cascade, group, tick, counts }) {
-    // Group 0 is displacement.
-    if (cascade !== first || group !== 0) return;
+  frame({ cascade, group, level, tick, counts }) {
+    // Group 0 is displacement; coarser frames, which a busy server may send, are other ones.
+    if (cascade !== first || group !== 0 || level !== 0) return;
     const digest = crc32(0, counts.buffer, counts.byteOffset, counts.byteLength);
     console.log(JSON.stringify({ tick, digest: digest.toString(16).padStart(8, '0') }));
   },
