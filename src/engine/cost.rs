@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
+use super::channels::counted;
 use super::clock::Clock;
-use super::step::counted;
+
 use crate::backend::{Backend, BackendError};
 use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, Wanted, levels_of};
 use crate::scene::{Effects, Normals};

@@ -2,6 +2,7 @@
 
 mod answer;
 mod backends;
+mod channels;
 mod clock;
 mod cost;
 mod direct;

@@ -7,15 +7,18 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::answer::{Evaluated, ProbeFields};
+use super::channels::{counted, encode_unit, samples_of};
 use super::foam_track::FoamTrack;
 use super::point_feed::{PointsMessage, PointsWish, Water, fields_of_points, messages};
-use crate::backend::{Backend, BackendError, CascadeSurface, Surface};
-use crate::pass::quantise::quantiser_step;
-use crate::plan::{CascadePlan, Counted, Demand, Field, FieldSet, FoamWork, Plan, Wanted, fields_of, levels_of};
+use crate::backend::{Backend, BackendError, Surface};
+use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, Wanted, levels_of};
 use crate::scene::{Foam, Model};
 use crate::sea::{Layout, Life, Timeline};
-use crate::tile::{EncodeError, Plane, SentFrame, Stamp, UnitEncoder};
+use crate::tile::{SentFrame, Stamp, UnitEncoder};
 use crate::wire::{Group, UnitName};
+
+/// So few samples are encoded before another thread has woken up.
+const FEW: usize = 1 << 14;
 
 /// What one tick gives.
 #[derive(Clone, Debug)]
@@ -302,7 +305,7 @@ impl Stepper {
             (unit, encoder, frames)
         };
         let (wanted, evaluated) = (ProbeFields::of(&timeline.scene().effects), &mut self.evaluated);
-        let tell = || match timeline.scene().model {
+        let mut tell = || match timeline.scene().model {
             _ if due.is_empty() => Vec::new(),
             Model::Fft => messages(&due, Water::Grids(surface, timeline.layout()), wanted, stamp),
             Model::Trochoid(_) => {
@@ -310,8 +313,11 @@ impl Stepper {
             }
         };
         // Together, so that no thread rests while the other kind is left to do.
-        let (encoded, points): (Vec<_>, Vec<_>) =
-            self.encoders.install(|| rayon::join(|| due_units.into_par_iter().map(encode).collect(), tell));
+        let samples: usize = due_units.iter().map(|(place, _, unit, _)| samples_of(surface, *place, *unit)).sum();
+        let (encoded, points): (Vec<_>, Vec<_>) = match samples <= FEW {
+            true => (due_units.into_iter().map(encode).collect(), tell()),
+            false => self.encoders.install(|| rayon::join(|| due_units.into_par_iter().map(encode).collect(), tell)),
+        };
         let told = points.len();
         let points: Vec<PointsMessage> = points.into_iter().flatten().collect();
         let (refused, frames) = ((told - points.len()) as u64, Vec::with_capacity(encoded.len()));
@@ -354,41 +360,4 @@ impl Stepper {
         self.newest = self.newest.max(Some(tick));
         Ok(())
     }
-}
-
-/// The channels of a unit as they go on the wire.
-pub(super) fn counted(unit: UnitName, foam_left: f32) -> impl Iterator<Item = Counted> {
-    let (level, step) = (unit.level, quantiser_step(unit.class, unit.group));
-    let share = if unit.group == Group::Foam { foam_left } else { 1.0 };
-    fields_of(unit.group).iter().map(move |field| Counted { level, field: *field, step, share })
-}
-
-/// Nothing where a field of the unit was not made (foam that is not warm).
-fn encode_unit(
-    cascade: Option<&CascadeSurface>,
-    unit: UnitName,
-    foam_left: f32,
-    stamp: Stamp,
-    encoder: &mut UnitEncoder,
-) -> Result<Vec<SentFrame>, EncodeError> {
-    let Some(cascade) = cascade else { return Ok(Vec::new()) };
-    let counts: Option<Vec<Plane>> = counted(unit, foam_left)
-        .map(|counted| cascade.counts(counted).map(|(counts, found)| Plane::Counts(counts, found)))
-        .collect();
-    if let Some(counts) = counts.filter(|_| !unit.codec.is_float()) {
-        return encoder.take(cascade.n, &counts, stamp);
-    }
-    // Foam is made on the full grid, and averaged for the others.
-    let level = if unit.group == Group::Foam { 0 } else { unit.level };
-    let planes: Option<Vec<&[f32]>> =
-        fields_of(unit.group).iter().map(|field| cascade.plane_at(level, *field)).collect();
-    let Some(planes) = planes else { return Ok(Vec::new()) };
-    let mut samples = |planes: &[&[f32]]| {
-        encoder.take(cascade.n, &planes.iter().map(|plane| Plane::Samples(plane)).collect::<Vec<_>>(), stamp)
-    };
-    if unit.group != Group::Foam || foam_left >= 1.0 {
-        return samples(&planes);
-    }
-    let fading: Vec<Vec<f32>> = planes.iter().map(|p| p.iter().map(|foam| foam * foam_left).collect()).collect();
-    samples(&fading.iter().map(Vec::as_slice).collect::<Vec<_>>())
 }
