@@ -1,16 +1,10 @@
 //! The channels of a unit: out of a surface, and into its frames.
 
-use crate::backend::{CascadeSurface, Surface};
+use crate::backend::CascadeSurface;
 use crate::pass::quantise::quantiser_step;
 use crate::plan::{Counted, fields_of};
 use crate::tile::{EncodeError, Plane, SentFrame, Stamp, UnitEncoder};
 use crate::wire::{Group, UnitName};
-
-/// Samples of all channels of a unit.
-pub(super) fn samples_of(surface: &Surface, place: usize, unit: UnitName) -> usize {
-    let side = surface.cascades.get(place).map_or(0, |cascade| cascade.n >> unit.level);
-    side * side * fields_of(unit.group).len()
-}
 
 /// The channels of a unit as they go on the wire.
 pub(super) fn counted(unit: UnitName, foam_left: f32) -> impl Iterator<Item = Counted> {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::answer::{Evaluated, ProbeFields};
-use super::channels::{counted, encode_unit, samples_of};
+use super::channels::{counted, encode_unit};
 use super::foam_track::FoamTrack;
 use super::point_feed::{PointsMessage, PointsWish, Water, fields_of_points, messages};
 use crate::backend::{Backend, BackendError, Surface};
@@ -16,9 +16,6 @@ use crate::scene::{Foam, Model};
 use crate::sea::{Layout, Life, Timeline};
 use crate::tile::{SentFrame, Stamp, UnitEncoder};
 use crate::wire::{Group, UnitName};
-
-/// So few samples are encoded before another thread has woken up.
-const FEW: usize = 1 << 14;
 
 /// What one tick gives.
 #[derive(Clone, Debug)]
@@ -305,7 +302,7 @@ impl Stepper {
             (unit, encoder, frames)
         };
         let (wanted, evaluated) = (ProbeFields::of(&timeline.scene().effects), &mut self.evaluated);
-        let mut tell = || match timeline.scene().model {
+        let tell = || match timeline.scene().model {
             _ if due.is_empty() => Vec::new(),
             Model::Fft => messages(&due, Water::Grids(surface, timeline.layout()), wanted, stamp),
             Model::Trochoid(_) => {
@@ -313,11 +310,8 @@ impl Stepper {
             }
         };
         // Together, so that no thread rests while the other kind is left to do.
-        let samples: usize = due_units.iter().map(|(place, _, unit, _)| samples_of(surface, *place, *unit)).sum();
-        let (encoded, points): (Vec<_>, Vec<_>) = match samples <= FEW {
-            true => (due_units.into_iter().map(encode).collect(), tell()),
-            false => self.encoders.install(|| rayon::join(|| due_units.into_par_iter().map(encode).collect(), tell)),
-        };
+        let (encoded, points): (Vec<_>, Vec<_>) =
+            self.encoders.install(|| rayon::join(|| due_units.into_par_iter().map(encode).collect(), tell));
         let told = points.len();
         let points: Vec<PointsMessage> = points.into_iter().flatten().collect();
         let (refused, frames) = ((told - points.len()) as u64, Vec::with_capacity(encoded.len()));
