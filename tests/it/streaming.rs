@@ -159,7 +159,7 @@ async fn a_change_is_told_to_all_and_shows_in_the_frames_of_its_tick() {
     let (mut a, mut b) = (served.client().await, served.client().await);
     a.subscribe(30, &["displacement"]).await;
     b.subscribe(60, &["displacement"]).await;
-    let body = r#"{"speed_mps":15,"direction_from_deg":10,"in_seconds":1,"transition_s":0.5}"#;
+    let body = r#"{"speed_mps":15,"direction_from_deg":10,"in_seconds":2,"transition_s":0.5}"#;
     let accepted = served.http("PUT", "/v1/scenes/small/wind", "", body).await.json();
     let effective = accepted["effective_tick"].as_i64().unwrap() as u64;
     for client in [&mut a, &mut b] {
