@@ -87,7 +87,7 @@ bless:
 bench *args:
     cargo bench {{args}}
 
-# Write docs/accuracy.html anew, and its still for the README: what accuracy costs on this machine; ten minutes.
+# Write docs/accuracy.html anew, and its still for the README: what accuracy costs on this machine; two minutes.
 accuracy:
     cargo run --release -- accuracy --html docs/accuracy.html --still docs/accuracy.png
 

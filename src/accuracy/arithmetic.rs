@@ -1,8 +1,8 @@
 //! Which numbers the sea is computed in, and by what: at the samples themselves, so that nothing but arithmetic errs.
 
 use super::axis::{Draft, axis};
-use super::errors::{Errors, Particle};
-use super::ground::{Ground, LOOKED_AT, Made, fields_on_grid, particles_on_grid, with_grid};
+use super::errors::Errors;
+use super::ground::{Ground, LOOKED_AT, Made, fields_on_grid, particles, particles_on_grid, with_grid};
 use super::report::{Axis, Cost, Measure};
 use crate::backend::Backend;
 use crate::engine::Opener;
@@ -18,7 +18,7 @@ pub fn arithmetic(ground: &Ground, gpus: &[MayBe], left_out: &mut Vec<String>) -
     // The reference takes the cube of the side.
     let n = if ground.quick { 64 } else { 256 };
     let sea = with_grid(&ground.sea, n);
-    let truth: Vec<Particle> = fields_on_grid(&sea, ground.tick, &ground.spots).iter().map(Particle::of).collect();
+    let truth = particles(&fields_on_grid(&sea, ground.tick, &ground.spots));
     let errors = |surface: &crate::backend::Surface| {
         Errors::of(&particles_on_grid(surface, &sea, &ground.spots), &truth, ground.hs_m)
     };
@@ -50,7 +50,7 @@ pub fn arithmetic(ground: &Ground, gpus: &[MayBe], left_out: &mut Vec<String>) -
                         continue;
                     }
                 };
-                adapter = Some(gpu.name().to_owned());
+                adapter = Some(gpu.device().to_owned());
                 let (plan, tick) = (plan.clone(), ground.tick);
                 // A device that is lost now has shown what it errs; its times end here.
                 let work = move |round: i64| drop(gpu.step(tick + round * 240, &plan).map(drop));

@@ -3,12 +3,12 @@
 use super::errors::Errors;
 use super::ground::Ground;
 use super::report::{Axis, Cost, Measure, Point};
-use super::timing::{Times, Work, interleaved};
+use crate::engine::{Timed, Times, interleaved};
 
 /// A setting before its time is known.
 pub struct Draft<'a> {
     point: Point,
-    work: Option<Work<'a>>,
+    work: Option<Timed<'a>>,
 }
 
 impl<'a> Draft<'a> {

@@ -3,6 +3,7 @@
 
 use crate::backend::{Backend, Cpu, Surface};
 use crate::engine::{Clock, Sampler};
+use crate::pass::trochoid::Trochoids;
 use crate::plan::{CascadePlan, Field, FieldSet, Plan};
 use crate::reference;
 use crate::scene::{CascadeRequest, Effects, Model, Patch, Scene};
@@ -57,7 +58,7 @@ impl<'a> Ground<'a> {
         let timeline = Timeline::new(&scene);
         let (sea, hs_m) = (timeline.at(TICK), timeline.hs_at(TICK));
         let spots = spots(sea.cascades[0].cascade.patch_m, if quick { 24 } else { 64 });
-        let truth = fields(&sea, TICK, &spots).iter().map(Particle::of).collect();
+        let truth = particles(&fields(&sea, TICK, &spots));
         let rounds = if quick { 5 } else { 25 };
         Self { clock, hs_m, scene, sea, tick: TICK, spots, truth, rounds, quick }
     }
@@ -70,7 +71,7 @@ impl<'a> Ground<'a> {
 
     /// What the reference says of a sea at the spots.
     pub fn particles(&self, sea: &Sea, tick: i64) -> Vec<Particle> {
-        fields(sea, tick, &self.spots).iter().map(Particle::of).collect()
+        particles(&fields(sea, tick, &self.spots))
     }
 
     /// Errors of what was made at the spots.
@@ -98,10 +99,23 @@ pub fn spots(patch_m: f64, side: usize) -> [Vec<f64>; 2] {
     [along(0.618_033_988_749_894_9), along(0.754_877_666_246_692_7)]
 }
 
-/// What the reference says of a sea at every pair of positions, all cascades summed.
+/// What the reference says of a sea at every pair of positions, all cascades summed; trochoids, which are evaluated where
+/// they are asked for, say it themselves.
 pub fn fields(sea: &Sea, tick: i64, [xs, zs]: &[Vec<f64>; 2]) -> Vec<Fields> {
-    let each = (0..sea.cascades.len()).map(|cascade| reference::lattice(sea, cascade, tick, xs, zs));
-    summed(each, xs.len() * zs.len())
+    let places: Vec<(f64, f64)> = zs.iter().flat_map(|z| xs.iter().map(|x| (*x, *z))).collect();
+    let each = sea.cascades.iter().enumerate().map(|(cascade, modes)| match sea.model {
+        Model::Fft => reference::lattice(sea, cascade, tick, xs, zs),
+        Model::Trochoid(_) => {
+            let at = |fields: [f32; 16]| std::array::from_fn(|field| f64::from(fields[field]));
+            Trochoids::new(modes, sea).points(tick, &places, 0.0).into_iter().map(at).collect()
+        }
+    });
+    summed(each, places.len())
+}
+
+/// Particles of these fields.
+pub fn particles(fields: &[Fields]) -> Vec<Particle> {
+    fields.iter().map(Particle::of).collect()
 }
 
 /// The same at the samples of each cascade's grid that lie next before the positions: patches have no common measure, so

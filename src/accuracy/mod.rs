@@ -26,7 +26,6 @@ mod stream;
 mod sweep;
 mod table;
 mod text;
-mod timing;
 mod waves;
 
 pub use arithmetic::arithmetic;
@@ -48,5 +47,4 @@ pub use stream::stream;
 pub use sweep::{Progress, Sweep, sweep};
 pub use table::table;
 pub use text::significant;
-pub use timing::{Times, interleaved};
 pub use waves::{ByCell, by_cell, dispersion, energy, narrow_swell, time};

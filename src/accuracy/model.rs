@@ -3,8 +3,8 @@
 use rustfft::num_complex::Complex64;
 
 use super::axis::{Draft, axis};
-use super::errors::{Errors, Particle};
-use super::ground::{Ground, Made, fields_on_grid, hs_m, particles_on_grid};
+use super::errors::Errors;
+use super::ground::{Ground, Made, fields_on_grid, hs_m, particles, particles_on_grid};
 use super::report::{Axis, Cost, Measure};
 use crate::backend::Surface;
 use crate::pass::trochoid::Trochoids;
@@ -41,7 +41,7 @@ pub fn model(ground: &Ground) -> Axis {
     let sea = trochoid_sea(&ground.scene, n, COMPONENTS[0], false, tick);
     let sea = Sea { model: Model::Fft, ..sea };
     let hs_m = hs_m(&sea);
-    let truth: Vec<Particle> = fields_on_grid(&sea, tick, &ground.spots).iter().map(Particle::of).collect();
+    let truth = particles(&fields_on_grid(&sea, tick, &ground.spots));
     let errors = |surface: &Surface| Errors::of(&particles_on_grid(surface, &sea, &ground.spots), &truth, hs_m);
     let effects = Effects { choppiness: 0.0, ..ground.scene.effects };
     let mut all = Made::new(sea.clone(), FIELDS, &effects);

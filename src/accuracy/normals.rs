@@ -2,7 +2,7 @@
 
 use super::axis::{Draft, axis};
 use super::errors::{Errors, Particle};
-use super::ground::{Ground, Made, fields_on_grid, on_grid};
+use super::ground::{Ground, Made, fields_on_grid, on_grid, particles};
 use super::report::{Axis, Cost, Measure};
 use crate::plan::{Field, FieldSet, fields_of};
 use crate::scene::{Effects, Normals};
@@ -16,7 +16,7 @@ pub const WAYS: [Normals; 5] =
 /// Every way, at the samples of the grids.
 pub fn normals(ground: &Ground) -> Axis {
     let exact = fields_on_grid(&ground.sea, ground.tick, &ground.spots);
-    let truth: Vec<Particle> = exact.iter().map(Particle::of).collect();
+    let truth = particles(&exact);
     let draft = |way: &Normals| {
         let effects = Effects { normals: *way, ..ground.scene.effects };
         let streamed = channels(*way);

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::errors::Errors;
-use super::timing::Times;
+use crate::engine::Times;
 
 /// Share of a budget that a frame may take: the rest is for what else the machine does.
 const SAFE_SHARE: f64 = 0.8;
@@ -40,7 +40,7 @@ pub struct Machine {
     pub processor: String,
     /// Processors that this process may use.
     pub cores: usize,
-    /// Name of the GPU, where one was measured.
+    /// Name, kind and driver of the GPU, where one was measured.
     pub adapter: Option<String>,
 }
 

@@ -1,8 +1,8 @@
 //! How many samples, cascades and waves: what a coarser sea leaves out, and what lies between its samples.
 
 use super::axis::{Draft, axis};
-use super::errors::{Errors, Particle};
-use super::ground::{Fields, Ground, LOOKED_AT, Made, hs_m, with_grid, with_modes};
+use super::errors::Errors;
+use super::ground::{Fields, Ground, LOOKED_AT, Made, hs_m, particles, with_grid, with_modes};
 use super::report::{Axis, Cost, Measure};
 use crate::backend::Surface;
 use crate::plan::Field;
@@ -11,10 +11,6 @@ use crate::sea::Sea;
 
 /// Ticks between the frames of a time.
 const INTERVAL: i64 = 240;
-
-fn particles(fields: &[Fields]) -> Vec<Particle> {
-    fields.iter().map(Particle::of).collect()
-}
 
 /// Samples a side of every cascade.
 pub fn grid(ground: &Ground) -> Axis {

@@ -2,7 +2,7 @@
 
 use super::ground::Ground;
 use super::report::{STAGES, StageRow};
-use super::timing::Times;
+use crate::engine::Times;
 use crate::pass::evolve::{Amplitudes, EvolveTable};
 use crate::pass::transform::{Transform, Workspace};
 use crate::pass::{assemble, foam};

@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use super::axis::{Draft, axis};
 use super::errors::{Errors, Particle};
-use super::ground::{Ground, LOOKED_AT, Made, fields_on_grid, sampled_on_grid};
+use super::ground::{Ground, LOOKED_AT, Made, fields_on_grid, particles, sampled_on_grid};
 use super::received::{planes, received};
 use super::report::{Axis, Cost, Measure};
-use super::timing::Times;
 use crate::backend::Surface;
+use crate::engine::Times;
 use crate::plan::{Field, fields_of};
 use crate::sea::{CascadeModes, Sea};
 use crate::tile::{Stamp, UnitEncoder};
@@ -106,7 +106,7 @@ impl Sender {
 /// Every way to send all cascades.
 pub fn stream(ground: &Ground) -> Axis {
     let sea = &ground.sea;
-    let truth: Vec<Particle> = fields_on_grid(sea, ground.tick, &ground.spots).iter().map(Particle::of).collect();
+    let truth = particles(&fields_on_grid(sea, ground.tick, &ground.spots));
     let mut made = Made::new(sea.clone(), LOOKED_AT, &ground.scene.effects);
     let mut senders: Vec<Sender> = ways().into_iter().map(|way| Sender::new(way, sea)).collect();
     // Predictions reach back, and frames between two wait for the second of them.

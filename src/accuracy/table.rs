@@ -2,7 +2,7 @@
 
 use super::report::{Axis, Point, Report, STAGES};
 use super::text::significant;
-use super::timing::Times;
+use crate::engine::Times;
 use crate::wire::TICKS_PER_SECOND;
 
 /// What stands in place of a number that was not measured.

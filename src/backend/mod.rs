@@ -133,6 +133,11 @@ pub trait Backend: Send {
     /// Name in logs, metrics and status.
     fn name(&self) -> &'static str;
 
+    /// What computes, for people: a GPU says which.
+    fn device(&self) -> &str {
+        self.name()
+    }
+
     /// Takes the initial spectra that are in effect from now on. A cascade that it holds already keeps its foam.
     ///
     /// # Errors

@@ -155,7 +155,8 @@ fn advice(report: &Report, budget_ms: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accuracy::{Axis, Cost, Errors, Machine, Measure, Times};
+    use crate::accuracy::{Axis, Cost, Errors, Machine, Measure};
+    use crate::engine::Times;
 
     fn report(points: &[(&str, f64, f64)]) -> Report {
         let point = |(setting, error, ms): &(&str, f64, f64)| Point {

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::scene;
 use crate::backend::Cpu;
-use crate::engine::{Clock, EffectCost, StepTime, demand_cost, effect_costs, interval_of_rate};
+use crate::engine::{Clock, EffectCost, Times, demand_cost, effect_costs, interval_of_rate};
 use crate::plan::{Demand, Listing};
 use crate::sea::Timeline;
 use crate::wire::{Codec, ErrorClass, Group, RATES_HZ, UnitName};
@@ -98,7 +98,7 @@ fn demand(arguments: &PlanArguments, timeline: &Timeline) -> Result<Demand> {
     Ok(demand)
 }
 
-fn print(listing: &Listing, frame: StepTime, effects: &[EffectCost]) {
+fn print(listing: &Listing, frame: Times, effects: &[EffectCost]) {
     println!("{:>7} {:>5}  {:<13}{:>5} {:>9}  {:>11}  fields", "cascade", "level", "pass", "n", "points", "columns");
     for line in &listing.passes {
         let columns = line.columns.map(|[some, all]| format!("{some} of {all}")).unwrap_or_default();
@@ -122,6 +122,6 @@ fn print(listing: &Listing, frame: StepTime, effects: &[EffectCost]) {
     }
 }
 
-fn time(StepTime { median_ms, lower_ms, upper_ms }: StepTime) -> String {
+fn time(Times { median_ms, lower_ms, upper_ms, .. }: Times) -> String {
     format!("{median_ms:.2} ms ({lower_ms:.2} to {upper_ms:.2})")
 }

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::channels::counted;
 use super::clock::Clock;
+use super::timing::Times;
 
 use crate::backend::{Backend, BackendError};
 use crate::plan::{CascadePlan, Demand, Field, FieldSet, FoamWork, Plan, Wanted, levels_of};
@@ -17,17 +18,6 @@ const ROUNDS: usize = 12;
 /// Ticks between the steps.
 const INTERVAL: i64 = 240;
 
-/// Milliseconds of a step: the median and the quartiles around it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct StepTime {
-    /// Median.
-    pub median_ms: f64,
-    /// A quarter of the steps took no longer.
-    pub lower_ms: f64,
-    /// Three quarters did.
-    pub upper_ms: f64,
-}
-
 /// What one effect takes when it is wanted alone, of every cascade, on the full grid unless it says otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EffectCost {
@@ -40,7 +30,7 @@ pub struct EffectCost {
     /// Samples of those.
     pub samples: usize,
     /// Time of a step.
-    pub step: StepTime,
+    pub step: Times,
 }
 
 /// Every effect, with the fields that it is, its way of normals, and its level of detail.
@@ -103,7 +93,7 @@ pub fn effect_costs(
             _ => true,
         };
         let (transforms, samples) = plan.work(layout);
-        costs.push(EffectCost { effect, on, transforms, samples, step: StepTime::default() });
+        costs.push(EffectCost { effect, on, transforms, samples, step: Times::default() });
         plans.push(plan);
     }
     backend.load(&sea)?;
@@ -123,7 +113,7 @@ pub fn demand_cost(
     demand: &Demand,
     tick: i64,
     clock: &Clock,
-) -> Result<StepTime, BackendError> {
+) -> Result<Times, BackendError> {
     // Counts are looked at, as they are of frames that are sent.
     let work = FoamWork { restart: false, decay: 0.9, growth: 0.5, advance: true, breaks: true };
     let (scene, sea) = (timeline.scene(), timeline.at(tick));
@@ -140,12 +130,7 @@ pub fn demand_cost(
     Ok(step_times(backend, &[plan], tick, clock)?[0])
 }
 
-fn step_times(
-    backend: &mut dyn Backend,
-    plans: &[Plan],
-    tick: i64,
-    clock: &Clock,
-) -> Result<Vec<StepTime>, BackendError> {
+fn step_times(backend: &mut dyn Backend, plans: &[Plan], tick: i64, clock: &Clock) -> Result<Vec<Times>, BackendError> {
     let mut times = vec![Vec::with_capacity(ROUNDS); plans.len()];
     for round in 0..WARM_UP + ROUNDS {
         for (plan, times) in plans.iter().zip(&mut times) {
@@ -156,10 +141,5 @@ fn step_times(
             }
         }
     }
-    let quartiles = |mut times: Vec<f64>| {
-        times.sort_by(f64::total_cmp);
-        let at = |quarter: usize| times[times.len() * quarter / 4];
-        StepTime { median_ms: at(2), lower_ms: at(1), upper_ms: at(3) }
-    };
-    Ok(times.into_iter().map(quartiles).collect())
+    Ok(times.into_iter().map(Times::of).collect())
 }

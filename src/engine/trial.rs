@@ -1,7 +1,8 @@
 //! Measures two backends on a scene: how far one is from the other, and which is the faster.
 
 use super::clock::Clock;
-use super::cost::{StepTime, demand_cost};
+use super::cost::demand_cost;
+use super::timing::Times;
 use crate::backend::{Backend, BackendError, Surface};
 use crate::plan::{CascadePlan, Demand, Field, FieldSet, Plan};
 use crate::sea::Timeline;
@@ -14,9 +15,9 @@ const BOUND: [f64; 2] = [2e-6, 2e-5];
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
     /// Of the backend that is tried.
-    pub step: StepTime,
+    pub step: Times,
     /// Of the CPU, in the same run.
-    pub cpu: StepTime,
+    pub cpu: Times,
     /// Largest of all fields' errors against the CPU, over their scales: root mean square, and most.
     pub error: [f64; 2],
 }
@@ -35,7 +36,7 @@ impl Trial {
     ) -> Result<Self, BackendError> {
         let demand = everything(timeline);
         // Twice in turn, of which the quieter run counts.
-        let mut times = [[StepTime::default(); 2]; 2];
+        let mut times = [[Times::default(); 2]; 2];
         for times in &mut times {
             *times = [
                 demand_cost(tried, timeline, &demand, tick, clock)?,
@@ -64,7 +65,7 @@ impl Trial {
 
     /// For people.
     pub fn told(&self) -> String {
-        let time = |t: &StepTime| format!("{:.2} ms a frame ({:.2} to {:.2})", t.median_ms, t.lower_ms, t.upper_ms);
+        let time = |t: &Times| format!("{:.2} ms a frame ({:.2} to {:.2})", t.median_ms, t.lower_ms, t.upper_ms);
         let [rms, max] = self.error;
         format!("{}, cpu {}; error {rms:.1e} rms, {max:.1e} most", time(&self.step), time(&self.cpu))
     }

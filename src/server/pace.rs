@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 
-use crate::accuracy::Times;
+use crate::engine::Times;
 use crate::wire::TICKS_PER_SECOND;
 
 /// Frames that are held.

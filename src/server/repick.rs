@@ -105,7 +105,8 @@ fn better(axis: &Axis, picked: &Picked, budget_ms: f64, slower: f64) -> Option<P
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accuracy::{Cost, Errors, Measure, Times};
+    use crate::accuracy::{Cost, Errors, Measure};
+    use crate::engine::Times;
 
     const BUDGET: f64 = 4.0;
 

@@ -6,10 +6,10 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 use swellcast::accuracy::serving::{Measuring, Setting, Unmeasured, errors, measure, settings};
-use swellcast::accuracy::{Axis, Cost, Errors, Measure, Point, Times};
+use swellcast::accuracy::{Axis, Cost, Errors, Measure, Point};
 use swellcast::backend::{Backend, Cpu};
 use swellcast::control::{Epoch, Store};
-use swellcast::engine::{Clock, lost_between};
+use swellcast::engine::{Clock, Times, lost_between};
 use swellcast::scene::{Model, PRESETS, Scene, preset};
 use swellcast::sea::Layout;
 use swellcast::server::{Ocean, Settings};

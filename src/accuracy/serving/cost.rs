@@ -1,14 +1,15 @@
 //! What every setting that a server can be run at costs: whole frames, step and encoding, in interleaved rounds.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use thiserror::Error;
 
 use super::Setting;
 use super::off::{errors, errors_at};
-use crate::accuracy::{Axis, Cost, Errors, Measure, Point, SERVING, Times};
+use crate::accuracy::{Axis, Cost, Errors, Measure, Point, SERVING};
 use crate::backend::{Backend, BackendError};
-use crate::engine::{Clock, Stepper, interval_of_rate};
+use crate::engine::{Clock, Stepper, Times, interval_of_rate};
 use crate::plan::{Demand, fields_of};
 use crate::scene::{Effects, Foam, Normals, Scene};
 use crate::sea::{Cascade, Timeline};
@@ -22,6 +23,10 @@ const ROUNDS: usize = 240;
 const EVERY: [usize; 4] = [1, 2, 4, 8];
 /// ... and no more than take so long, milliseconds, if that is a second of them.
 const ENOUGH_MS: f64 = 250.0;
+/// A server rests between frames, and its threads have to wake for each. What that adds is measured on the cheapest setting,
+/// by so many frames with pauses as long as a server's between them, and added to all.
+const PACED: usize = 30;
+const PAUSE: Duration = Duration::from_millis(33);
 /// No time is taken of a setting whose frame takes so many times what a frame may take.
 const HOPELESS: f64 = 2.0;
 /// Settings are measured together as long as they have no more samples than this: a quarter of a gigabyte of memory.
@@ -187,7 +192,8 @@ fn memory(cascades: &[Cascade], channels: usize) -> u64 {
 /// # Errors
 /// [`Unmeasured`].
 pub fn measure(scene: &Scene, settings: &[Setting], tick: i64, measuring: &mut Measuring) -> Result<Axis, Unmeasured> {
-    let mut run = Run { scene, tick, measuring, spare: Vec::new(), points: vec![None; settings.len()], done: 0 };
+    let mut run =
+        Run { scene, tick, measuring, spare: Vec::new(), points: vec![None; settings.len()], rested: None, done: 0 };
     run.all(settings)?;
     let points = run.points.into_iter().flatten().collect();
     let about = "The settings that a server can be run at: patches of the scene's layout, on grids from coarse to fine. \
@@ -208,6 +214,8 @@ struct Run<'a, 'b> {
     spare: Vec<Box<dyn Backend>>,
     /// In the order of the settings; `None` where one has not come yet.
     points: Vec<Option<Point>>,
+    /// The cheapest setting, and the median of its frames with pauses between them, milliseconds.
+    rested: Option<(usize, f64)>,
     done: usize,
 }
 
@@ -248,8 +256,7 @@ impl Run<'_, '_> {
             }
             let mut frames = Frames::new(self.scene, setting, self.backend()?, self.tick);
             let ms = frames.trial(self.measuring.clock)?;
-            let first = together.is_empty() && self.points.iter().all(Option::is_none);
-            if ms > HOPELESS * self.measuring.most_ms && !first {
+            if ms > HOPELESS * self.measuring.most_ms && self.rested.is_some() {
                 hopeless.push((patches, n));
                 let errors = errors_at(&frames.timeline, setting.finest_m, self.tick);
                 self.spare.push(frames.stepper.into_backend());
@@ -257,11 +264,34 @@ impl Run<'_, '_> {
                 continue;
             }
             frames.warm()?;
+            if self.rested.is_none() {
+                self.rested = Some((place, self.rested_ms(&mut frames)?));
+            }
             let enough = |every: &usize| (ROUNDS / every) as f64 * ms <= ENOUGH_MS;
             let every = EVERY.into_iter().find(enough).unwrap_or(EVERY[EVERY.len() - 1]);
             together.push(Measured { place, setting, frames, every, times: Vec::new(), bytes: 0 });
         }
-        self.rounds(together)
+        self.rounds(together)?;
+        self.add_waking();
+        Ok(())
+    }
+
+    fn rested_ms(&mut self, frames: &mut Frames) -> Result<f64, Unmeasured> {
+        let mut times = Vec::with_capacity(PACED);
+        for _ in 0..PACED {
+            self.look()?;
+            std::thread::sleep(PAUSE);
+            times.push(frames.time(self.measuring.clock)?.0);
+        }
+        Ok(Times::of(times).median_ms)
+    }
+
+    fn add_waking(&mut self) {
+        let Some((place, rested_ms)) = self.rested else { return };
+        let restless_ms = self.points[place].as_ref().and_then(|point| point.time).map_or(rested_ms, |t| t.median_ms);
+        for time in self.points.iter_mut().flatten().filter_map(|point| point.time.as_mut()) {
+            *time = time.plus((rested_ms - restless_ms).max(0.0));
+        }
     }
 
     /// Frames of all in turn.

@@ -248,6 +248,10 @@ impl Backend for Gpu {
         "gpu"
     }
 
+    fn device(&self) -> &str {
+        self.adapter()
+    }
+
     fn load(&mut self, sea: &Sea) -> Result<(), BackendError> {
         if sea.model != Model::Fft {
             return Err(BackendError::Unsupported("trochoids are summed on the CPU"));

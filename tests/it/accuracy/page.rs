@@ -4,9 +4,9 @@
 use std::process::Command;
 
 use swellcast::accuracy::{
-    Axis, Cost, Errors, Image, Machine, Measure, Pictures, Point, Report, STAGES, StageRow, Times, page, pictures,
-    table,
+    Axis, Cost, Errors, Image, Machine, Measure, Pictures, Point, Report, STAGES, StageRow, page, pictures, table,
 };
+use swellcast::engine::Times;
 
 const AWKWARD: &str = "<b>&\"'";
 

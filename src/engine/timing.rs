@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::Clock;
+use super::clock::Clock;
 
 /// Milliseconds: the median, the quartiles around it, and what 95 of 100 rounds took no longer than.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -26,6 +26,13 @@ impl Times {
         Self { median_ms, lower_ms, upper_ms, p95_ms }
     }
 
+    /// So many milliseconds more.
+    pub fn plus(self, more_ms: f64) -> Self {
+        let Self { median_ms, lower_ms, upper_ms, p95_ms } = self;
+        let [median_ms, lower_ms, upper_ms, p95_ms] = [median_ms, lower_ms, upper_ms, p95_ms].map(|ms| ms + more_ms);
+        Self { median_ms, lower_ms, upper_ms, p95_ms }
+    }
+
     /// So many times as long.
     pub fn times(self, factor: f64) -> Self {
         let Self { median_ms, lower_ms, upper_ms, p95_ms } = self;
@@ -35,10 +42,10 @@ impl Times {
 }
 
 /// Work that is measured; told which round it is.
-pub type Work<'a> = Box<dyn FnMut(i64) + 'a>;
+pub type Timed<'a> = Box<dyn FnMut(i64) + 'a>;
 
 /// Runs every work once without counting, then so many rounds of all in turn.
-pub fn interleaved(clock: &Clock, rounds: usize, works: &mut [Work]) -> Vec<Times> {
+pub fn interleaved(clock: &Clock, rounds: usize, works: &mut [Timed]) -> Vec<Times> {
     let mut times = vec![Vec::with_capacity(rounds); works.len()];
     for round in 0..=rounds {
         for (work, times) in works.iter_mut().zip(&mut times) {
