@@ -15,34 +15,45 @@ macro_rules! files {
 const FILES: &[(&str, &[u8])] = files![
     "index.html",
     "style.css",
-    "src/camera.js",
+    "src/client.js",
     "src/clock.js",
     "src/connection.js",
     "src/crc32.js",
     "src/decode.js",
     "src/deflate.js",
     "src/fares.js",
+    "src/fields.js",
     "src/frame.js",
+    "src/gl.js",
     "src/history.js",
+    "src/index.js",
     "src/lanes.js",
-    "src/main.js",
     "src/messages.js",
-    "src/options.js",
-    "src/panel.js",
     "src/plan.js",
     "src/playback.js",
     "src/predict.js",
     "src/rans.js",
-    "src/sea/fields.js",
-    "src/sea/foam.js",
-    "src/sea/gl.js",
-    "src/sea/grid.js",
-    "src/sea/probe.js",
-    "src/sea/renderer.js",
-    "src/sea/sky.js",
-    "src/sea/unit.js",
-    "src/sea/water.js",
+    "src/ring.js",
+    "src/unit.js",
+    "src/upload.js",
     "src/worker.js",
+    "viewer/camera.js",
+    "viewer/deck.js",
+    "viewer/foam.js",
+    "viewer/gputime.js",
+    "viewer/grid.js",
+    "viewer/lift.js",
+    "viewer/main.js",
+    "viewer/options.js",
+    "viewer/pace.js",
+    "viewer/panel.js",
+    "viewer/quality.js",
+    "viewer/renderer.js",
+    "viewer/sky.js",
+    "viewer/solids.js",
+    "viewer/view.js",
+    "viewer/water.js",
+    "viewer/xr.js",
 ];
 
 /// A strong tag for each file, in the same order.
@@ -100,7 +111,9 @@ mod tests {
         let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("clients/web");
         let mut found: Vec<String> =
             ["index.html", "style.css"].map(String::from).into_iter().filter(|name| base.join(name).exists()).collect();
-        walk(&base.join("src"), &base, &mut found);
+        for folder in ["src", "viewer"] {
+            walk(&base.join(folder), &base, &mut found);
+        }
         found.sort();
         let mut embedded: Vec<String> = FILES.iter().map(|(path, _)| (*path).to_owned()).collect();
         embedded.sort();

@@ -29,18 +29,25 @@ const MAX_US = 2 ** 60;
  * @property {number} t3 when we read the answer
  */
 
+/** @typedef {{ours: number, offset: number}} Origin */
+/** @typedef {{x: number, y: number}} Point own time and offset, both from the origin on */
+/** @typedef {{offset: number, drift: number, halfWidth: number, bound: number}} Fit */
+
 export class Clock {
   constructor() {
-    this.reset();
+    /** @type {Exchange[]} the oldest first */
+    this.exchanges = [];
+    /** @type {Origin} at the last fit; everything else is relative to it, so that it stays exact */
+    this.origin = { ours: 0, offset: 0 };
+    /** @type {Fit | null} */
+    this.fit = null;
+    this.lag = 0; // what server time still lacks to the fit at the origin
+    this.contradictions = 0; // exchanges in a row that the fit says can't be
   }
 
   /** Forgets everything: another timeline begins. */
   reset() {
-    this.exchanges = []; // the oldest first
-    this.origin = { ours: 0, offset: 0 }; // at the last fit; everything else is relative to it, so that it stays exact
-    this.fit = null; // {offset, drift, halfWidth, bound}
-    this.lag = 0; // what server time still lacks to the fit at the origin
-    this.contradictions = 0; // exchanges in a row that the fit says can't be
+    Object.assign(this, new Clock());
   }
 
   /**
@@ -108,28 +115,41 @@ export class Clock {
     return this.fit?.drift ?? 0;
   }
 
-  /** Whether an exchange rules out the fit by more than a step. */
+  /**
+   * Whether an exchange rules out the fit by more than a step.
+   * @param {Exchange} exchange
+   */
   #contradicts({ t0, t1, t2, t3 }) {
-    if (!this.fit) return false;
-    const at = (t) => this.origin.offset + this.fit.offset + this.fit.drift * (t - this.origin.ours);
+    const { fit, origin } = this;
+    if (!fit) return false;
+    const at = (/** @type {number} */ t) => origin.offset + fit.offset + fit.drift * (t - origin.ours);
     return at(t0) > t1 - t0 + STEP_US || at(t3) < t2 - t3 - STEP_US;
   }
 }
 
-/** Whether these four can be times of one exchange. */
+/**
+ * Whether these four can be times of one exchange.
+ * @param {Exchange} exchange
+ */
 function isPossible({ t0, t1, t2, t3 }) {
   const within = [t0, t1, t2, t3].every((t) => Math.abs(t) <= MAX_US); // not so for a NaN
   return within && t3 >= t0 && t2 >= t1 && t2 - t1 <= t3 - t0;
 }
 
-/** The middle between the line below all upper bounds and the line above all lower bounds. */
+/**
+ * The middle between the line below all upper bounds and the line above all lower bounds.
+ * @param {Exchange[]} exchanges
+ * @param {Origin} origin
+ * @returns {Fit}
+ */
 function fitOf(exchanges, origin) {
+  /** @type {(ours: number, theirs: number) => Point} */
   const point = (ours, theirs) => ({ x: ours - origin.ours, y: theirs - ours - origin.offset });
   const upper = exchanges.map((e) => point(e.t0, e.t1)), lower = exchanges.map((e) => point(e.t3, e.t2));
   const span = upper[upper.length - 1].x - upper[0].x;
   const mirrored = lower.map(({ x, y }) => ({ x, y: -y }));
   const steepest = (supportingSlope(upper) - supportingSlope(mirrored)) / 2;
-  const within = (drift) => {
+  const within = (/** @type {number} */ drift) => {
     const above = upper.reduce((least, { x, y }) => Math.min(least, y + drift * (0 - x)), Infinity);
     const below = lower.reduce((most, { x, y }) => Math.max(most, y + drift * (0 - x)), -Infinity);
     return { middle: (above + below) / 2, halfWidth: (above - below) / 2 };
@@ -141,16 +161,26 @@ function fitOf(exchanges, origin) {
   return { offset: middle, drift, halfWidth, bound: boundOf(upper, lower, middle) };
 }
 
-/** How far `offset` can be off at the origin, whatever the clocks' rates within MAX_DRIFT of one another. */
+/**
+ * How far `offset` can be off at the origin, whatever the clocks' rates within MAX_DRIFT of one another.
+ * @param {Point[]} upper
+ * @param {Point[]} lower
+ * @param {number} offset
+ */
 function boundOf(upper, lower, offset) {
   const above = upper.reduce((least, { x, y }) => Math.min(least, y + MAX_DRIFT * Math.abs(x)), Infinity);
   const below = lower.reduce((most, { x, y }) => Math.max(most, y - MAX_DRIFT * Math.abs(x)), -Infinity);
   return Math.max(0, above - offset, offset - below);
 }
 
-/** Slope of the highest line below all points, measured at their mean: an edge of the lower convex hull. */
+/**
+ * Slope of the highest line below all points, measured at their mean: an edge of the lower convex hull.
+ * @param {Point[]} points
+ */
 function supportingSlope(points) {
+  /** @type {(a: Point, b: Point, c: Point) => number} */
   const turn = (a, b, c) => (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+  /** @type {Point[]} */
   const hull = [];
   for (const point of [...points].sort((a, b) => a.x - b.x || a.y - b.y)) {
     while (hull.length >= 2 && turn(hull[hull.length - 2], hull[hull.length - 1], point) <= 0) hull.pop();
@@ -161,7 +191,10 @@ function supportingSlope(points) {
   return end < 0 ? 0 : (hull[end].y - hull[end - 1].y) / (hull[end].x - hull[end - 1].x);
 }
 
-/** To the nearest whole number, halves away from 0. */
+/**
+ * To the nearest whole number, halves away from 0.
+ * @param {number} x
+ */
 function round(x) {
   return Math.sign(x) * Math.floor(Math.abs(x) + 0.5);
 }

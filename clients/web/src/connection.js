@@ -4,11 +4,13 @@
 import { Clock } from './clock.js';
 import { Decoder, MissingError, PayloadError } from './decode.js';
 import { Fares } from './fares.js';
-import { CLASSES, CODECS, FrameError, GROUPS } from './frame.js';
-import { isThere, MessageError, parseServerMessage, reportMessage, subscribeMessage, SUBPROTOCOL, timeMessage } from './messages.js';
+import { CLASSES, CODECS, epochOf, FrameError, GROUPS } from './frame.js';
+import {
+  isThere, MessageError, parseServerMessage, reportMessage, subscribeMessage, SUBPROTOCOL, timeMessage,
+} from './messages.js';
 import { planUnits } from './plan.js';
 
-const BACKOFF_MS = [250, 500, 1000, 2000, 4000];
+const BACKOFF_MS = [250, 500, 1000, 2000, 3000];
 const SILENCE_MS = 8000; // status comes once a second: longer silence is a dead connection
 const FAST_EXCHANGES = 20;
 const MOST_ASKED = 16; // exchanges whose answers are still awaited
@@ -16,22 +18,60 @@ const REPORT_MS = 1000;
 /** Most samples of one moment that are kept for predictions: nine channels of three patches of 1024 x 1024 fit. */
 const MOST_SAMPLES = 2 ** 25;
 
+/**
+ * @typedef {import('./decode.js').DecodedFrame} DecodedFrame
+ * @typedef {import('./messages.js').Hello} Hello
+ * @typedef {import('./plan.js').Wish} Wish
+ * @typedef {import('./plan.js').Plan} Plan
+ * @typedef {object} Listener
+ * @property {(connected: boolean, detail: string) => void} state
+ * @property {(hello: Hello, plan: Plan) => void} hello
+ * @property {(plan: Plan) => void} plan something else is asked for, of the same sea
+ * @property {(message: import('./messages.js').Message) => void} message
+ * @property {(frame: DecodedFrame) => void} frame
+ * @property {(why: string) => void} refused a frame or message that is wrong
+ * @property {(exchange: import('./clock.js').Exchange) => void} exchange microseconds
+ * @property {(report: import('./fares.js').Report) => void} report
+ */
+
 export class Connection {
   /**
    * @param {string} url of the stream, ws: or wss:
-   * @param {{rate: number, level: number, class: string, codec: string}} wish what to subscribe to
-   * @param {object} on callbacks: `state(connected, detail)`, `hello(hello, plan)`, `message(m)`, `frame(frame)`,
-   *   `refused(why)`, `exchange(exchange)` in microseconds, `report(report)`
+   * @param {Wish} wish what to subscribe to
+   * @param {Listener} on
    * @param {() => number} now monotonic time, ms
    */
   constructor(url, wish, on, now) {
-    Object.assign(this, { url, wish, on, now });
+    this.url = url;
+    this.wish = wish;
+    this.on = on;
+    this.now = now;
     this.attempt = 0;
     this.nextId = 1;
     this.paused = false;
+    /** @type {WebSocket | null} */
+    this.socket = null;
+    /** @type {Hello | null} of the socket */
     this.hello = null;
+    this.epoch = ''; // of the last hello of all
+    /** @type {Plan | null} what is asked for */
+    this.plan = null;
+    /** @type {Map<number, import('./messages.js').Cascade>} by index */
+    this.cascades = new Map();
     this.clock = new Clock();
     this.fares = new Fares();
+    this.decoder = new Decoder(MOST_SAMPLES);
+    this.askedAnew = -Infinity; // when
+    this.lastHeard = -Infinity;
+    this.exchanges = 0; // of time, by this socket
+    /** @type {number[]} when those exchanges began whose answers are awaited */
+    this.asked = [];
+    /** @type {number | undefined} timers: to connect anew, to look after the socket, to exchange time */
+    this.retry = undefined;
+    /** @type {number | undefined} */
+    this.watch = undefined;
+    /** @type {number | undefined} */
+    this.exchangeTimer = undefined;
   }
 
   /** Connects, and stays connected. */
@@ -54,6 +94,10 @@ export class Connection {
     socket.onclose = (event) => {
       if (socket === this.socket) this.#lost(event.reason || `closed with ${event.code}`);
     };
+    // `close` follows at once and says more, but in Node 20 it does not where nobody listens.
+    socket.onerror = () => setTimeout(() => {
+      if (socket === this.socket && socket.readyState !== WebSocket.OPEN) this.#lost('the connection failed');
+    }, 0);
     clearInterval(this.watch);
     this.watch = setInterval(() => {
       if (this.now() - this.lastHeard > SILENCE_MS) this.restart('the server is silent');
@@ -61,31 +105,63 @@ export class Connection {
     }, REPORT_MS);
   }
 
-  /** Drops the socket and connects anew. */
+  /**
+   * Drops the socket and connects anew.
+   * @param {string} why
+   */
   restart(why) {
     const old = this.socket;
     this.#lost(why);
     old?.close();
   }
 
-  /** Stops or resumes the flow of frames, for a page that is hidden. */
+  /**
+   * Asks for something else.
+   * @param {Wish} wish
+   */
+  subscribe(wish) {
+    this.wish = wish;
+    if (!this.hello) return;
+    this.plan = planUnits(this.hello, wish);
+    this.on.plan(this.plan);
+    this.#subscribe();
+  }
+
+  /** Ends for good. */
+  close() {
+    const old = this.socket;
+    this.socket = null;
+    this.#stop();
+    old?.close(1000);
+  }
+
+  /**
+   * Stops or resumes the flow of frames, for a page that is hidden.
+   * @param {boolean} paused
+   */
   pause(paused) {
     if (this.paused === paused) return;
     this.paused = paused;
     if (this.hello) this.#subscribe();
   }
 
+  /** @param {string} why */
   #lost(why) {
     this.socket = null;
-    this.hello = null;
-    clearInterval(this.watch);
-    clearTimeout(this.exchangeTimer);
-    clearTimeout(this.retry);
+    this.#stop();
     const base = BACKOFF_MS[Math.min(this.attempt++, BACKOFF_MS.length - 1)];
     this.retry = setTimeout(() => this.open(), base * (0.75 + 0.5 * Math.random()));
     this.on.state(false, why);
   }
 
+  #stop() {
+    this.hello = null;
+    clearInterval(this.watch);
+    clearTimeout(this.exchangeTimer);
+    clearTimeout(this.retry);
+  }
+
+  /** @param {string} json @param {number} at ms */
   #text(json, at) {
     let message;
     try {
@@ -110,7 +186,7 @@ export class Connection {
       this.#subscribe();
       if (further) return;
       this.exchanges = 0;
-      this.asked = [];
+      this.asked.length = 0;
       this.#exchange();
     } else {
       if (message.type === 'subscribed') this.#subscribed(message.units);
@@ -118,8 +194,9 @@ export class Connection {
     }
   }
 
+  /** @param {import('./messages.js').Time} answer @param {number} at ms */
   #answered({ t0, t1_us: t1, t2_us: t2 }, at) {
-    const place = this.asked?.indexOf(t0) ?? -1;
+    const place = this.asked.indexOf(t0);
     if (place < 0) return;
     this.asked.splice(place, 1);
     const exchange = { t0, t1, t2, t3: microseconds(at) };
@@ -127,15 +204,21 @@ export class Connection {
     this.on.exchange(exchange);
   }
 
-  /** What was granted is all that goes on, and all of it at full quality. */
+  /**
+   * What was granted is all that goes on, and all of it at full quality.
+   * @param {import('./messages.js').UnitName[]} units
+   */
   #subscribed(units) {
     const names = new Set(units.map((u) => [u.cascade, u.level, u.class, u.group, u.codec ?? 'i16'].join()));
     this.decoder.retain((u) => names.has([u.cascade, u.level, CLASSES[u.class], GROUPS[u.group], CODECS[u.codec]].join()));
     this.fares.reset();
   }
 
+  /** @param {ArrayBuffer} buffer */
   #binary(buffer) {
     if (!this.hello) return;
+    const epoch = epochOf(buffer);
+    if (epoch !== null && epoch !== this.hello.epoch.toLowerCase()) return; // of another sea
     const began = this.now();
     let frame;
     try {
@@ -146,16 +229,15 @@ export class Connection {
       return;
     }
     this.fares.decoded(frame.tick, this.now() - began);
-    if (frame.epoch !== this.hello.epoch.toLowerCase()) {
-      this.restart('another sea begins'); // its hello says which
-      return;
-    }
     this.attempt = 0; // it works
     const cascade = this.cascades.get(frame.cascade);
     if (cascade && isThere(cascade, frame.tick)) this.on.frame(frame);
   }
 
-  /** A frame that can't be read may leave others unread: all begins anew, unless that was asked for just now. */
+  /**
+   * A frame that can't be read may leave others unread: all begins anew, unless that was asked for just now.
+   * @param {FrameError} error
+   */
   #refused(error) {
     const begins = error instanceof MissingError || error instanceof PayloadError;
     const waits = this.now() - this.askedAnew < REPORT_MS;
@@ -167,6 +249,7 @@ export class Connection {
     if (!(error instanceof MissingError && waits)) this.on.refused(error.message);
   }
 
+  /** @param {boolean} lost */
   #report(lost) {
     if (this.socket?.readyState !== WebSocket.OPEN) return;
     const report = this.fares.report(this.clock.serverUs(microseconds(this.now())));
@@ -175,6 +258,7 @@ export class Connection {
   }
 
   #subscribe() {
+    if (!this.socket || !this.plan) return; // who was told of `hello` has closed it
     this.socket.send(subscribeMessage(this.nextId++, this.plan.rateHz, this.paused ? [] : this.plan.units));
   }
 
@@ -190,6 +274,7 @@ export class Connection {
   }
 }
 
+/** @param {number} ms */
 function microseconds(ms) {
   return Math.round(ms * 1000);
 }

@@ -31,7 +31,11 @@ export function crc32(crc, buffer, offset, length) {
   return ~c >>> 0;
 }
 
-/** The loop by itself: an engine that compiles it while it runs has nothing behind it to guess. */
+/**
+ * The loop by itself: an engine that compiles it while it runs has nothing behind it to guess.
+ * @param {number} crc
+ * @param {Int32Array} words
+ */
 function ofPairs(crc, words) {
   const t = TABLES;
   let c = crc;

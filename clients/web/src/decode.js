@@ -20,6 +20,11 @@ export class PayloadError extends FrameError {}
  *   one after the other: counts, or floats with the codecs that have no counts. With codec `i16` a view into the message
  */
 
+/** @typedef {import('./frame.js').Frame} Frame */
+/** @typedef {Pick<Frame, 'cascade' | 'level' | 'class' | 'group' | 'codec'>} UnitKey */
+/** @typedef {UnitKey & {tiles: Map<number, History>}} UnitHistory */
+/** @typedef {(channel: number) => Int16Array[]} Basis the planes that a channel is predicted from; none at depth 0 */
+
 /** Bounded: what is kept for predictions is four frames of a tile, of no more samples in all than it was made for. */
 export class Decoder {
   /**
@@ -29,13 +34,14 @@ export class Decoder {
   constructor(mostSamples, inflate = null) {
     this.mostSamples = mostSamples;
     this.inflate = inflate;
-    this.units = new Map(); // by unit, then tile: History
+    /** @type {Map<number, UnitHistory>} */
+    this.units = new Map();
     this.taps = [0, 1, 2].map(() => new Int16Array(TAPS));
   }
 
   /**
    * Forgets the frames of units that are not wanted any more.
-   * @param {(frame: import('./frame.js').Frame) => boolean} wanted asked of the cascade, level, class, group and codec
+   * @param {(unit: UnitKey) => boolean} wanted
    */
   retain(wanted) {
     for (const [key, unit] of this.units) if (!wanted(unit)) this.units.delete(key);
@@ -47,7 +53,7 @@ export class Decoder {
    * @throws {FrameError}
    */
   decode(buffer) {
-    const frame = readHeader(buffer);
+    const frame = /** @type {DecodedFrame} */ (readHeader(buffer));
     const { codec, channels, n } = frame;
     const samples = channels * n * n;
     frame.counts = frame.floats = null;
@@ -55,14 +61,18 @@ export class Decoder {
     else if (codec === F16) frame.floats = Float32Array.from(new Uint16Array(buffer, HEADER_BYTES, samples), fromHalf);
     else if (codec === F32) frame.floats = new Float32Array(buffer, HEADER_BYTES, samples);
     else this.#predicted(frame, buffer);
-    if (frame.floats?.some((value) => !Number.isFinite(value))) throw new PayloadError('payload: a value that is not finite');
+    if (frame.floats?.some((value) => !Number.isFinite(value))) {
+      throw new PayloadError('payload: a value that is not finite');
+    }
     return frame;
   }
 
+  /** @param {DecodedFrame} frame @param {ArrayBuffer} buffer */
   #predicted(frame, buffer) {
     const { codec, tick, depth, channels, n } = frame;
     const history = this.#history(frame);
-    frame.counts = new Int16Array(channels * n * n);
+    const counts = frame.counts = new Int16Array(channels * n * n);
+    /** @type {Basis} */
     const basis = (channel) => {
       if (depth === 0) return [];
       const planes = history?.basis(tick, depth, channel);
@@ -70,16 +80,17 @@ export class Decoder {
       return planes;
     };
     try {
-      if (codec === RANS) this.#rans(frame, buffer, basis);
-      else this.#deflate(frame, buffer, basis);
+      if (codec === RANS) this.#rans(frame, buffer, basis, counts);
+      else this.#deflate(frame, buffer, basis, counts);
     } catch (error) {
-      if (error.constructor === FrameError) throw new PayloadError(error.message);
+      if (error instanceof FrameError && error.constructor === FrameError) throw new PayloadError(error.message);
       throw error;
     }
-    if (layerOf(tick) < 2) this.#keep(frame, history);
+    if (layerOf(tick) < 2) this.#keep(frame, history, counts);
   }
 
-  #rans({ depth, channels, n, counts }, buffer, basis) {
+  /** @param {Frame} frame @param {ArrayBuffer} buffer @param {Basis} basis @param {Int16Array} counts */
+  #rans({ depth, channels, n }, buffer, basis, counts) {
     const view = new DataView(buffer), words = new Uint16Array(buffer, 0, buffer.byteLength >> 1);
     let at = HEADER_BYTES;
     for (let c = 0; c < channels; c++) {
@@ -90,7 +101,8 @@ export class Decoder {
     if (at !== buffer.byteLength) throw new FrameError('payload: bytes after the last plane');
   }
 
-  #deflate({ depth, channels, n, counts }, buffer, basis) {
+  /** @param {Frame} frame @param {ArrayBuffer} buffer @param {Basis} basis @param {Int16Array} counts */
+  #deflate({ depth, channels, n }, buffer, basis, counts) {
     if (!this.inflate) throw new FrameError('codec deflate is not read here');
     const view = new DataView(buffer), samples = n * n, wide = [];
     for (let c = 0; c < channels; c++) wide.push(readTaps(view, HEADER_BYTES + c * TAPS_BYTES, this.taps[c]));
@@ -107,30 +119,37 @@ export class Decoder {
     }
   }
 
-  /** What is held of the frame's tile, if it is of the same sea and size. */
+  /**
+   * What is held of the frame's tile, if it is of the same sea and size.
+   * @param {Frame} frame
+   */
   #history({ epoch, channels, n, tileX, tileZ, ...unit }) {
     const held = this.units.get(keyOf(unit))?.tiles.get(tileX * 65536 + tileZ);
     return held && held.epoch === epoch && held.channels === channels && held.samples === n * n ? held : null;
   }
 
-  #keep(frame, held) {
+  /** @param {Frame} frame @param {History | null} held @param {Int16Array} counts */
+  #keep(frame, held, counts) {
     const { cascade, level, class: kind, group, codec, epoch, channels, n, tileX, tileZ } = frame;
     const key = keyOf(frame), tile = tileX * 65536 + tileZ;
     let history = held;
     if (!history) {
-      this.units.get(key)?.tiles.delete(tile);
+      let unit = this.units.get(key);
+      unit?.tiles.delete(tile);
       // More than was asked for: what comes of it can't be predicted from.
       if (this.#samples() + channels * n * n > this.mostSamples) return;
-      if (!this.units.has(key)) this.units.set(key, { cascade, level, class: kind, group, codec, tiles: new Map() });
+      if (!unit) this.units.set(key, unit = { cascade, level, class: kind, group, codec, tiles: new Map() });
       history = new History(epoch, channels, n * n);
-      this.units.get(key).tiles.set(tile, history);
+      unit.tiles.set(tile, history);
     }
-    history.keep(frame.tick, frame.counts);
+    history.keep(frame.tick, counts);
   }
 
   #samples() {
     let sum = 0;
-    for (const { tiles } of this.units.values()) for (const { channels, samples } of tiles.values()) sum += channels * samples;
+    for (const { tiles } of this.units.values()) {
+      for (const { channels, samples } of tiles.values()) sum += channels * samples;
+    }
     return sum;
   }
 }
@@ -145,12 +164,21 @@ export function decodeFrame(buffer) {
   return new Decoder(0).decode(buffer);
 }
 
-/** Which unit a frame is of, as one number. */
+/**
+ * Which unit a frame is of, as one number.
+ * @param {UnitKey} unit
+ */
 function keyOf({ cascade, level, class: kind, group, codec }) {
   return (((cascade * 256 + level) * 4 + kind) * 16 + group) * 8 + codec;
 }
 
-/** Fills in taps; returns whether residuals have two bytes. */
+/**
+ * Fills in taps.
+ * @param {DataView} view
+ * @param {number} at
+ * @param {Int16Array} taps
+ * @returns {boolean} whether residuals have two bytes
+ */
 function readTaps(view, at, taps) {
   if (view.byteLength - at < TAPS_BYTES) throw new FrameError('payload: too short');
   for (let i = 0; i < TAPS; i++) taps[i] = view.getInt16(at + 2 * i, true);
@@ -159,7 +187,10 @@ function readTaps(view, at, taps) {
   return wide === 1;
 }
 
-/** A 16-bit float. */
+/**
+ * A 16-bit float.
+ * @param {number} bits
+ */
 function fromHalf(bits) {
   const sign = bits & 0x8000 ? -1 : 1, exponent = bits >> 10 & 31, fraction = bits & 1023;
   if (exponent === 31) return fraction === 0 ? sign * Infinity : NaN;

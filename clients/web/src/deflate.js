@@ -24,7 +24,14 @@ export function restorePlane(low, high, depth, planes, taps, n, counts) {
   }
 }
 
-/** West + north - north-west, what lies outside being 0. */
+/**
+ * West + north - north-west, what lies outside being 0.
+ * @param {Int16Array} counts
+ * @param {number} n
+ * @param {number} x
+ * @param {number} z
+ * @param {number} i
+ */
 function around(counts, n, x, z, i) {
   const west = x > 0 ? counts[i - 1] : 0, north = z > 0 ? counts[i - n] : 0;
   return west + north - (x > 0 && z > 0 ? counts[i - n - 1] : 0);
@@ -42,7 +49,7 @@ export function inflated(inflate, stream, size) {
   try {
     bytes = inflate(stream, size);
   } catch (error) {
-    throw new FrameError(`payload: no deflate stream: ${error.message}`);
+    throw new FrameError(`payload: no deflate stream: ${/** @type {Error} */ (error).message}`);
   }
   if (bytes.length !== size) throw new FrameError(`payload: ${bytes.length} bytes of residuals, must be ${size}`);
   return bytes;

@@ -4,7 +4,9 @@ import { crc32 } from './crc32.js';
 
 export const HEADER_BYTES = 88;
 export const CLASSES = ['0.5mm', '1mm', '5mm', '20mm'];
-export const GROUPS = ['displacement', 'slopes', 'derivatives', 'foam', 'height', 'velocity', 'jacobian', 'stretch', 'normals'];
+export const GROUPS = [
+  'displacement', 'slopes', 'derivatives', 'foam', 'height', 'velocity', 'jacobian', 'stretch', 'normals',
+];
 export const GROUP_CHANNELS = [3, 2, 3, 1, 1, 3, 2, 2, 2];
 export const CODECS = ['i16', 'rans', 'deflate', 'f16', 'f32'];
 export const I16 = 0, RANS = 1, DEFLATE = 2, F16 = 3, F32 = 4;
@@ -58,6 +60,17 @@ export function layerOf(tick) {
 }
 
 /**
+ * Which sea a message is of, whatever else is wrong with it.
+ * @param {ArrayBuffer} buffer
+ * @returns {string | null} 16 hexadecimal digits; null where it is too short to tell
+ */
+export function epochOf(buffer) {
+  if (buffer.byteLength < HEADER_BYTES) return null;
+  const view = new DataView(buffer, 32, 8);
+  return hex32(view.getUint32(4, true)) + hex32(view.getUint32(0, true));
+}
+
+/**
  * @param {ArrayBuffer} buffer one whole binary message
  * @returns {Frame}
  * @throws {FrameError}
@@ -66,9 +79,9 @@ export function readHeader(buffer) {
   const size = buffer.byteLength;
   if (size < HEADER_BYTES) refuse(`${size} bytes, a header has ${HEADER_BYTES}`);
   const view = new DataView(buffer);
-  const u8 = (at) => view.getUint8(at);
-  const u16 = (at) => view.getUint16(at, true);
-  const u32 = (at) => view.getUint32(at, true);
+  const u8 = (/** @type {number} */ at) => view.getUint8(at);
+  const u16 = (/** @type {number} */ at) => view.getUint16(at, true);
+  const u32 = (/** @type {number} */ at) => view.getUint32(at, true);
 
   if (u32(0) !== MAGIC) refuse('magic is not SWF1');
   if (u16(4) !== HEADER_BYTES) refuse(`header_bytes is ${u16(4)}`);
@@ -96,7 +109,8 @@ export function readHeader(buffer) {
     if (c < channels) {
       if (!(step[c] > 0 && step[c] < Infinity)) refuse(`step ${c} is ${step[c]}`);
       const exact = codec === F32; // the field itself
-      if (exact ? maxError[c] !== 0 : !(maxError[c] > 0 && maxError[c] < Infinity)) refuse(`max_error ${c} is ${maxError[c]}`);
+      const wrong = exact ? maxError[c] !== 0 : !(maxError[c] > 0 && maxError[c] < Infinity);
+      if (wrong) refuse(`max_error ${c} is ${maxError[c]}`);
     } else if (step[c] !== 0 || maxError[c] !== 0) {
       refuse(`step or max_error of absent channel ${c} is not zero`);
     }
@@ -120,7 +134,12 @@ export function readHeader(buffer) {
   };
 }
 
-/** Frames of a layer are predicted from layers below it alone. */
+/**
+ * Frames of a layer are predicted from layers below it alone.
+ * @param {number} depth
+ * @param {number} codec
+ * @param {number} tick
+ */
 function isPossible(depth, codec, tick) {
   if (depth === 0) return true;
   if (codec !== RANS && codec !== DEFLATE) return false;
@@ -128,10 +147,15 @@ function isPossible(depth, codec, tick) {
   return layer === 0 ? depth <= MAX_DEPTH : layer < 3 && depth === BETWEEN;
 }
 
+/** @param {number} value */
 function hex32(value) {
   return value.toString(16).padStart(8, '0');
 }
 
+/**
+ * @param {string} why
+ * @returns {never}
+ */
 function refuse(why) {
   throw new FrameError(why);
 }

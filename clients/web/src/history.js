@@ -7,6 +7,7 @@ import { BETWEEN, layerOf, MAX_DEPTH, SLOWEST_INTERVAL } from './frame.js';
 import { NOTHING } from './predict.js';
 
 class Kept {
+  /** @param {number} channels @param {number} samples */
   constructor(channels, samples) {
     this.tick = -1;
     this.counts = new Int16Array(channels * samples);
@@ -21,10 +22,15 @@ export class History {
    * @param {number} samples of a channel
    */
   constructor(epoch, channels, samples) {
-    Object.assign(this, { epoch, channels, samples });
-    this.base = []; // the newest first
+    this.epoch = epoch;
+    this.channels = channels;
+    this.samples = samples;
+    /** @type {Kept[]} the newest first */
+    this.base = [];
+    /** @type {Kept | null} */
     this.middle = null;
-    this.spare = []; // memory of what is no longer held
+    /** @type {Kept[]} memory of what is no longer held */
+    this.spare = [];
     this.found = [NOTHING, NOTHING, NOTHING];
   }
 
@@ -56,8 +62,8 @@ export class History {
     const layer = layerOf(tick);
     if (layer === 0) {
       // A frame again, or one of another past: what is newer has nothing to do with it.
-      while (this.base.length > 0 && this.base[0].tick >= tick) this.spare.push(this.base.shift());
-      if (this.base.length === MAX_DEPTH) this.spare.push(this.base.pop());
+      while (this.base.length > 0 && this.base[0].tick >= tick) this.spare.push(/** @type {Kept} */ (this.base.shift()));
+      if (this.base.length === MAX_DEPTH) this.spare.push(/** @type {Kept} */ (this.base.pop()));
       this.base.unshift(this.#copy(tick, counts));
     } else if (layer === 1) {
       if (this.middle) this.spare.push(this.middle);
@@ -65,6 +71,7 @@ export class History {
     }
   }
 
+  /** @param {number} tick @param {Int16Array} counts */
   #copy(tick, counts) {
     const kept = this.spare.pop() ?? new Kept(this.channels, this.samples);
     kept.tick = tick;
@@ -72,6 +79,7 @@ export class History {
     return kept;
   }
 
+  /** @param {number} tick */
   #at(tick) {
     for (const kept of this.base) if (kept.tick === tick) return kept;
     return this.middle?.tick === tick ? this.middle : null;

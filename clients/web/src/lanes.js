@@ -1,8 +1,9 @@
 // The loops over the samples of a coded plane (PROTOCOL.md section 10, codec 1): rANS of four states in turn.
 //
-// All that a client decodes goes through here, so each kind of plane has a loop of its own over a row, which predicts a sample and
-// reads it at once: prediction keeps the multiplier busy, reading waits for memory, and both fit into each other. What
-// is done for each sample is written out four times, one for each state. States stay below 2^31: small integers.
+// All that a client decodes goes through here, so each kind of plane has a loop of its own over a row, which predicts a
+// sample and reads it at once: prediction keeps the multiplier busy, reading waits for memory, and both fit into each
+// other. What is done for each sample is written out four times, one for each state. States stay below 2^31: small
+// integers.
 
 import { predictAbove, predictRow, row } from './predict.js';
 
@@ -227,7 +228,8 @@ export function readShifted(words, shift, depth, planes, taps, n, z, counts) {
   if (depth === 0) predictAbove(taps, counts, n, z);
   else predictRow(depth, planes, taps, n, z);
   const inSpace = depth === 0, first = z === 0;
-  const w0 = !inSpace ? 0 : first ? 1 << 12 : taps[0], w4 = inSpace && !first ? taps[4] : 0, w7 = inSpace && !first ? taps[7] : 0;
+  const w0 = !inSpace ? 0 : first ? 1 << 12 : taps[0];
+  const w4 = inSpace && !first ? taps[4] : 0, w7 = inSpace && !first ? taps[7] : 0;
   for (let x = 0, i = z * n, west = 0, far = 0; x < n; x++, i++) {
     const p = row[x] + Math.imul(w4, far) + Math.imul(w0, west) + (Math.imul(w7, west) >> 4) | 0;
     let state = cursor[x & 3];
@@ -246,6 +248,15 @@ export function readShifted(words, shift, depth, planes, taps, n, z, counts) {
   cursor[5] = e;
 }
 
+/**
+ * Writes `cursor` back.
+ * @param {number} x0
+ * @param {number} x1
+ * @param {number} x2
+ * @param {number} x3
+ * @param {number} w
+ * @param {number} e
+ */
 function keep(x0, x1, x2, x3, w, e) {
   cursor[0] = x0;
   cursor[1] = x1;

@@ -1,123 +1,255 @@
-// Which frames to show at a time, and with which weights. Knows ticks and slots, nothing of pixels.
+// The sea that is held, at any moment: frames of every cascade and group, joined in time. Knows nothing of pixels.
 //
-// Frames of a unit lie on an absolute grid of ticks, and come in any order: those of 15 Hz first, those between them
-// later, or not at all where a client is given fewer. A ring holds a few of them; the four around a time, whatever lies
-// between, are joined by the Lagrange cubic through them, fewer at the edges. Never beyond the last frame: it is held,
-// and counted as starved.
+// While the layout changes there are cascades of two; each counts at its own ticks alone, so none begins or ends with
+// a step. A unit that comes at another level or rate takes over once its frames reach the moment that is shown.
 
-import { SLOWEST_INTERVAL } from './frame.js';
+import { GROUP_CHANNELS, GROUPS } from './frame.js';
+import { isThere, REST_TICKS, TICKS_PER_SECOND } from './messages.js';
+import { Unit } from './unit.js';
+
+/** Most cascades: eight of a layout, and eight of the one that follows it. */
+export const MOST_CASCADES = 16;
+const FOAM = GROUPS.indexOf('foam');
+const DISPLACEMENT = GROUPS.indexOf('displacement');
+const ROUNDS = 3; // of looking for the particle that is now at a place
 
 /**
- * At 60 Hz the server is 14 frames ahead, and a curve needs two behind: at most eight intervals away, where only frames
- * of 15 Hz come.
+ * @typedef {import('./messages.js').Cascade} Cascade
+ * @typedef {import('./plan.js').Plan} Plan
+ * @typedef {object} Sampled one group of one cascade at a moment
+ * @property {Cascade} cascade
+ * @property {string} group
+ * @property {number} n samples a side
+ * @property {Float32Array} values `[channel][z][x]`, metres (or 1); sample (0, 0) of each patch lies at the world's origin
+ * @property {boolean} starved the moment lies outside the frames held: the nearest is shown
  */
-export const RING_SLOTS = 24;
 
-/** How far apart frames may lie and still be joined by a curve, in ticks: three frames of the lowest rate. */
-const MAX_GAP = 3 * SLOWEST_INTERVAL;
-
-/** What to show: four slots of the ring and their weights (unused ones weigh 0). */
-export class Pick {
-  constructor() {
-    this.slots = new Int32Array(4);
-    this.weights = new Float64Array(4);
-    this.points = 0; // frames used: 0 means nothing to show
-    this.starved = false; // the time lies outside the frames held
-  }
-}
-
-export class Ring {
+export class Playback {
   /**
-   * @param {number} interval ticks between frames
-   * @param {number} tiles frames of one tick that make a whole patch
+   * @param {{cascades: Cascade[]}} layout of `hello`
+   * @param {Plan} plan
+   * @param {Playback | null} before of the same sea: frames of cascades that go on are taken from there, and the rest of
+   *   it is let go of
    */
-  constructor(interval, tiles = 1) {
-    this.interval = interval;
-    this.tiles = tiles;
-    this.ticks = new Float64Array(RING_SLOTS).fill(-1); // what a slot holds or gathers
-    this.have = new Int32Array(RING_SLOTS); // tiles there
-    this.newest = -1; // newest whole tick
-    this.nodes = new Float64Array(4);
+  constructor(layout, plan, before = null) {
+    this.plan = plan;
+    this.cascades = layout.cascades.slice(0, MOST_CASCADES);
+    const none = () => this.cascades.map(() => GROUPS.map(() => /** @type {Unit | null} */ (null)));
+    /** Units by layer (place in `cascades`), then group; null where none is subscribed. */
+    this.units = none();
+    /** The same at another level or rate, of which frames come that are not shown yet. */
+    this.coming = none();
+    /** What was granted, by layer and group: finest level that comes, and ticks between frames. */
+    this.granted = this.cascades.map(() => GROUPS.map(() => ({ level: 0, interval: 0 })));
+    this.layers = new Map(this.cascades.map((c, layer) => [c.index, layer]));
+    for (const u of plan.units) {
+      const group = GROUPS.indexOf(u.group), layer = this.layers.get(u.cascade);
+      if (layer === undefined || group < 0) continue;
+      const interval = TICKS_PER_SECOND / (u.rate_hz ?? plan.rateHz);
+      this.granted[layer][group] = { level: u.level, interval };
+      this.units[layer][group] = before?.take(this.cascades[layer], group) ?? this.#unit(layer, group, u.level);
+    }
+    /** Everything that is subscribed was there once, foam aside; a cascade that is added then begins as nothing. */
+    this.complete = before?.complete ?? false;
+    this.foamy = false; // and foam
+    this.starved = false;
+    /** @type {number[]} layers that are part of the sea at the moment */
+    this.active = [];
+    this.finest = 0; // of those, the one with the shortest waves
+    this.tick = NaN;
+    before?.dispose();
   }
 
   /**
-   * Where a frame belongs. The caller writes it there at once.
+   * @param {import('./decode.js').DecodedFrame} frame
+   * @returns {boolean} whether it was of use
+   */
+  accept(frame) {
+    const layer = this.layers.get(frame.cascade), { group, level, levelN } = frame;
+    const unit = layer === undefined ? null : this.units[layer][group];
+    if (layer === undefined || !unit) return false;
+    const granted = this.granted[layer][group];
+    /** @type {(held: Unit | null) => boolean} */
+    const fits = (held) => held !== null && held.level === level && held.ring.interval <= granted.interval;
+    if (fits(unit)) return unit.accept(frame);
+    // The server sends it coarser than it was granted, or fine again; or another level or rate was asked for. Where only
+    // the rate differs, what is shown goes on with the frames that it has a place for.
+    const shown = unit.level === level && unit.accept(frame);
+    const coming = this.coming[layer];
+    if (!fits(coming[group])) {
+      if (level < granted.level || level >= 32 || this.cascades[layer].n >>> level !== levelN) return shown;
+      coming[group]?.dispose();
+      coming[group] = this.#unit(layer, group, level);
+    }
+    return coming[group]?.accept(frame) || shown;
+  }
+
+  /** Every unit that is held. */
+  all() {
+    return [...this.units.flat(), ...this.coming.flat()].filter((unit) => unit !== null);
+  }
+
+  /** The levels that are shown, the finest first. */
+  levels() {
+    return [...new Set(this.units.flat().flatMap((unit) => (unit ? [unit.level] : [])))].sort((a, b) => a - b);
+  }
+
+  /**
+   * Gives away a unit of a cascade that goes on, with its frames; it may be of another level or rate than will come.
+   * @param {Cascade} cascade
+   * @param {number} group
+   * @returns {Unit | null}
+   */
+  take(cascade, group) {
+    const layer = this.layers.get(cascade.index);
+    if (layer === undefined) return null;
+    const unit = this.units[layer][group];
+    const same = this.cascades[layer].from_tick === cascade.from_tick && this.cascades[layer].n === cascade.n;
+    if (same) this.units[layer][group] = null;
+    return same ? unit : null;
+  }
+
+  /**
+   * Goes to a moment: what is sampled, drawn and asked for is of it.
+   * @param {number} tick not a whole number in general
+   * @returns {boolean} starved: some unit has no frame on one side of it
+   */
+  seek(tick) {
+    this.tick = tick;
+    this.#choose(tick);
+    let starved = false, complete = this.active.length > 0, foamy = true;
+    for (const layer of this.active) {
+      const { until_tick: until } = this.cascades[layer];
+      const rests = until !== null && tick >= until - REST_TICKS; // its last frames are nothing
+      for (let group = 0; group < GROUPS.length; group++) {
+        const pick = this.#shown(layer, group, tick)?.seek(tick);
+        if (!pick) continue;
+        if (pick.points > 0) starved ||= pick.starved && !rests;
+        else if (group === FOAM) foamy = false;
+        else complete = false;
+      }
+    }
+    this.complete ||= complete;
+    this.foamy = complete && foamy;
+    this.starved = starved;
+    return starved;
+  }
+
+  /**
+   * Everything that is held, at a moment.
    * @param {number} tick
-   * @returns {number} slot, or -1 for a frame to drop: off the grid, or older than what is held
+   * @param {string[]} groups which to sample; all that is subscribed without
+   * @returns {Sampled[]} memory that the next call uses again
    */
-  place(tick) {
-    if (tick % this.interval !== 0) return -1;
-    const slot = (tick / this.interval) % RING_SLOTS;
-    if (this.ticks[slot] > tick) return -1;
-    if (this.ticks[slot] !== tick) {
-      this.ticks[slot] = tick;
-      this.have[slot] = 0;
-    } else if (this.have[slot] >= this.tiles) {
-      return -1; // a duplicate
-    }
-    this.have[slot]++;
-    if (this.have[slot] === this.tiles && tick > this.newest) this.newest = tick;
-    return slot;
+  sample(tick, groups = GROUPS) {
+    this.seek(tick);
+    return this.active.flatMap((layer) => this.units[layer].flatMap((unit, group) => {
+      if (!unit || unit.pick.points === 0 || !groups.includes(GROUPS[group])) return [];
+      const cascade = this.cascades[layer];
+      return [{ cascade, group: GROUPS[group], n: unit.size, values: unit.sample(), starved: unit.pick.starved }];
+    }));
   }
 
   /**
-   * @param {number} tick time to show, not a whole number in general
-   * @param {Pick} pick filled in
-   * @returns {Pick}
+   * The height of the water above a place of the world, at the moment last sought: of the particle that is there now,
+   * found by three steps of fixed-point iteration, bilinear between samples.
+   * @param {number} x metres
+   * @param {number} z
+   * @returns {number} metres above the rest surface, 0 where nothing is known
    */
-  pick(tick, pick) {
-    const { ticks, have, tiles, nodes } = this;
-    // The two newest frames at or before the time and the two oldest after it.
-    let b1 = -1, b2 = -1, a1 = -1, a2 = -1;
-    for (let s = 0; s < RING_SLOTS; s++) {
-      const t = ticks[s];
-      if (t < 0 || have[s] < tiles) continue;
-      if (t <= tick) {
-        if (b1 < 0 || t > ticks[b1]) { b2 = b1; b1 = s; } else if (b2 < 0 || t > ticks[b2]) b2 = s;
-      } else if (a1 < 0 || t < ticks[a1]) { a2 = a1; a1 = s; } else if (a2 < 0 || t < ticks[a2]) a2 = s;
-    }
-    pick.slots.fill(0);
-    pick.weights.fill(0);
-    pick.starved = b1 < 0 || (a1 < 0 && ticks[b1] !== tick);
-    if (b1 < 0 && a1 < 0) {
-      pick.points = 0;
-      return pick;
-    }
-    if (pick.starved || ticks[b1] === tick) {
-      pick.slots[0] = b1 < 0 ? a1 : b1;
-      pick.weights[0] = 1;
-      pick.points = 1;
-      return pick;
-    }
-    const smooth = ticks[a1] - ticks[b1] <= MAX_GAP;
-    let count = 0;
-    const use = (slot) => { pick.slots[count] = slot; nodes[count++] = ticks[slot]; };
-    if (smooth && b2 >= 0 && ticks[b1] - ticks[b2] <= MAX_GAP) use(b2);
-    use(b1);
-    use(a1);
-    if (smooth && a2 >= 0 && ticks[a2] - ticks[a1] <= MAX_GAP) use(a2);
-    lagrange(nodes, count, tick, pick.weights);
-    pick.points = count;
-    return pick;
+  heightAt(x, z) {
+    let [dx, height, dz] = this.displacementAt(x, z);
+    for (let round = 0; round < ROUNDS; round++) [dx, height, dz] = this.displacementAt(x - dx, z - dz);
+    return height;
   }
 
-  /** Whether a whole frame lies at a time or before it. */
-  reaches(tick) {
-    return this.ticks.some((t, slot) => t >= 0 && t <= tick && this.have[slot] === this.tiles);
+  /**
+   * How far the particle that rests at a place is from it, at the moment last sought.
+   * @param {number} x0 metres
+   * @param {number} z0
+   * @returns {[number, number, number]} x, y, z in metres
+   */
+  displacementAt(x0, z0) {
+    /** @type {[number, number, number]} */
+    const sum = [0, 0, 0];
+    for (const layer of this.active) {
+      const patch = this.cascades[layer].patch_m;
+      this.units[layer][DISPLACEMENT]?.add(x0 / patch, z0 / patch, sum);
+    }
+    return sum;
   }
-}
 
-/**
- * Weights of the polynomial through `count` nodes, at `t`.
- * @param {Float64Array} nodes
- * @param {number} count
- * @param {number} t
- * @param {Float64Array} weights filled in
- */
-export function lagrange(nodes, count, t, weights) {
-  for (let i = 0; i < count; i++) {
-    let w = 1;
-    for (let j = 0; j < count; j++) if (j !== i) w *= (t - nodes[j]) / (nodes[i] - nodes[j]);
-    weights[i] = w;
+  /**
+   * Ticks of frames held ahead of a time by the unit that has the fewest; foam may not be warm yet.
+   * @param {number} tick
+   */
+  ahead(tick) {
+    let least = Infinity;
+    for (const layer of this.active) {
+      if (this.cascades[layer].until_tick !== null) continue;
+      this.units[layer].forEach((unit, group) => {
+        const newest = Math.max(unit?.ring.newest ?? -1, this.coming[layer][group]?.ring.newest ?? -1);
+        if (newest >= 0) least = Math.min(least, newest - tick);
+      });
+    }
+    return Number.isFinite(least) ? least : 0;
+  }
+
+  /** Lets go of everything. */
+  dispose() {
+    for (const held of [this.units, this.coming]) {
+      for (const units of held) units.forEach((_, group) => { units[group]?.dispose(); units[group] = null; });
+    }
+  }
+
+  /** @param {number} layer @param {number} group @param {number} level */
+  #unit(layer, group, level) {
+    const size = this.cascades[layer].n >>> level;
+    return new Unit(group, GROUP_CHANNELS[group], size, this.granted[layer][group].interval, level);
+  }
+
+  /**
+   * Chooses the layers of a moment, and lets go of those that are over.
+   * @param {number} tick
+   */
+  #choose(tick) {
+    this.active.length = 0;
+    let lasting = -1, ending = -1;
+    this.cascades.forEach((cascade, layer) => {
+      if (isThere(cascade, tick)) {
+        this.active.push(layer);
+        if (cascade.until_tick === null) lasting = layer; else ending = layer;
+        return;
+      }
+      const over = tick >= cascade.from_tick;
+      for (const held of [this.units, this.coming]) {
+        held[layer].forEach((unit, group) => {
+          if (unit) unit.pick.points = 0;
+          if (!unit || !over) return;
+          unit.dispose();
+          held[layer][group] = null;
+        });
+      }
+    });
+    this.finest = lasting < 0 ? Math.max(0, ending) : lasting;
+    if (lasting >= 0 && ending >= 0) {
+      const middle = (this.cascades[lasting].from_tick + (this.cascades[ending].until_tick ?? Infinity)) / 2;
+      if (tick < middle) this.finest = ending;
+    }
+  }
+
+  /**
+   * The unit to show; one of another level or rate takes over once its frames reach back to the moment.
+   * @param {number} layer
+   * @param {number} group
+   * @param {number} tick
+   */
+  #shown(layer, group, tick) {
+    const unit = this.units[layer][group], next = this.coming[layer][group];
+    if (!next || !unit || !(next.ring.reaches(tick) || unit.ring.newest < 0)) return unit;
+    unit.dispose();
+    this.coming[layer][group] = null;
+    this.units[layer][group] = next;
+    return next;
   }
 }

@@ -24,6 +24,7 @@ export function predictRow(depth, planes, taps, n, z) {
   const between = depth === BETWEEN, [a, b, c] = planes, last = n - 1;
   const begin = z * n, up = ((z + last) & last) * n, down = ((z + 1) & last) * n;
   const [w0, w1, w2, w3, w4, w5, w6, w7] = taps;
+  /** @type {(plane: Int16Array, x: number) => number} */
   const cross = (plane, x) => Math.imul(w0, plane[begin + x]) + Math.imul(w1, plane[begin + ((x + last) & last)])
     + Math.imul(w2, plane[begin + ((x + 1) & last)]) + Math.imul(w3, plane[up + x]) + Math.imul(w4, plane[down + x])
     + (Math.imul(w7, plane[begin + x]) >> 4);

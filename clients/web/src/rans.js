@@ -53,7 +53,13 @@ export function readPlane(view, words, at, depth, planes, taps, n, counts) {
   return after;
 }
 
-/** Fills in the tables of all contexts; a plane of one context has that one in place of each. */
+/**
+ * Fills in the tables of all contexts; a plane of one context has that one in place of each.
+ * @param {DataView} view
+ * @param {number} begin
+ * @param {number} end
+ * @param {number} contexts
+ */
 function readTables(view, begin, end, contexts) {
   let left = begin;
   for (let context = 0; context < contexts; context++) left = readTable(view, left, end, context * SLOTS);
@@ -61,7 +67,14 @@ function readTables(view, begin, end, contexts) {
   for (let context = contexts; context < CONTEXTS; context++) slots.copyWithin(context * SLOTS, 0, SLOTS);
 }
 
-/** Fills in the table whose first slot is `slot` and returns where it ends. */
+/**
+ * Fills in one table.
+ * @param {DataView} view
+ * @param {number} begin
+ * @param {number} end of all tables
+ * @param {number} slot its first
+ * @returns {number} where it ends
+ */
 function readTable(view, begin, end, slot) {
   let at = begin;
   const byte = () => {
@@ -82,6 +95,10 @@ function readTable(view, begin, end, slot) {
   return at;
 }
 
+/**
+ * @param {string} what
+ * @returns {never}
+ */
 function damaged(what) {
   throw new FrameError(`payload: ${what}`);
 }

@@ -40,7 +40,7 @@ function start(t) {
   const heard = [];
   const note = (name) => (...args) => heard.push([name, ...args]);
   let now = 0;
-  const on = Object.fromEntries(['state', 'hello', 'message', 'frame', 'refused', 'exchange', 'report'].map((n) => [n, note(n)]));
+  const on = Object.fromEntries(['state', 'hello', 'plan', 'message', 'frame', 'refused', 'exchange', 'report'].map((n) => [n, note(n)]));
   const connection = new Connection('ws://h/v1/stream', { rate: 15, level: 0, class: '1mm', codec: 'rans' }, on, () => now);
   connection.open();
   return { connection, heard, pass: (ms) => { now += ms; mock.timers.tick(ms); }, names: () => heard.map((h) => h[0]) };
@@ -78,17 +78,25 @@ test('frames pass, broken ones are refused and the connection goes on', (t) => {
   assert.equal(socket.closed, false);
 });
 
-test('frames of another sea: it asks anew', (t) => {
-  const { heard, pass } = start(t);
-  FakeSocket.all[0].say(hello());
-  FakeSocket.all[0].say(makeFrame({ epoch: 7n }));
-  assert.equal(FakeSocket.all[0].closed, true);
-  FakeSocket.all[0].say(makeFrame()); // what was still under way
+test('frames of another sea are ignored', (t) => {
+  const { connection, names, pass } = start(t);
+  const [first] = FakeSocket.all;
+  first.say(hello());
+  first.say(makeFrame({ epoch: 7n, tick: 960_000 }));
+  assert.equal(first.closed, false);
+  assert.equal(connection.fares.newest, 0, 'nor do they count');
+  first.say(makeFrame());
+  assert.deepEqual(names(), ['hello', 'state', 'frame']);
+  connection.restart('enough');
+  assert.equal(first.closed, true);
+  first.say(makeFrame()); // what was still under way
   pass(1000);
-  assert.equal(FakeSocket.all.length, 2);
-  FakeSocket.all[1].say(hello('0000000000000007'));
-  FakeSocket.all[1].say(makeFrame({ epoch: 7n }));
-  assert.deepEqual(heard.map((h) => h[0]), ['hello', 'state', 'state', 'hello', 'state', 'frame']);
+  const [, second, ...more] = FakeSocket.all;
+  assert.deepEqual(more, []);
+  second.say(hello('0000000000000007'));
+  second.say(makeFrame());
+  second.say(makeFrame({ epoch: 7n }));
+  assert.deepEqual(names().slice(3), ['state', 'hello', 'state', 'frame']);
 });
 
 test('a further hello: it subscribes to old and new, and takes frames of each at their ticks', (t) => {
@@ -205,4 +213,34 @@ test('units that were not granted again are forgotten', (t) => {
   socket.say(subscribed({ ...UNIT, class: '5mm' }));
   socket.say(still(1440, 2));
   assert.deepEqual(names().filter((name) => name === 'frame' || name === 'refused'), ['frame', 'frame', 'refused']);
+});
+
+test('something else is asked for on the same connection, and again after a loss', (t) => {
+  const { connection, heard, pass } = start(t);
+  connection.subscribe({ rate: 15, level: 0, class: '1mm', codec: 'i16', groups: ['displacement'] });
+  assert.deepEqual(heard, [], 'not connected yet');
+  FakeSocket.all[0].say(hello());
+  const units = (socket) => socket.sent.filter((m) => m.type === 'subscribe').at(-1).units.map((u) => [u.group, u.codec]);
+  assert.deepEqual(units(FakeSocket.all[0]), [['displacement', 'i16']]);
+  connection.subscribe({ rate: 15, level: 0, class: '1mm', codec: 'rans', groups: ['height', 'slopes'] });
+  assert.deepEqual(units(FakeSocket.all[0]), [['slopes', 'rans']], 'of what is offered');
+  assert.deepEqual(heard.at(-1)[0], 'plan');
+  FakeSocket.all[0].onclose({ code: 1006, reason: '' });
+  pass(400);
+  FakeSocket.all[1].say(hello());
+  assert.deepEqual(units(FakeSocket.all[1]), [['slopes', 'rans']]);
+});
+
+test('a connection that fails without a close is tried again; one that was closed is not', (t) => {
+  const { connection, names, pass } = start(t);
+  FakeSocket.all[0].readyState = 3;
+  FakeSocket.all[0].onerror();
+  pass(1);
+  assert.deepEqual(names(), ['state']);
+  pass(400);
+  assert.equal(FakeSocket.all.length, 2);
+  connection.close();
+  FakeSocket.all[1].onclose({ code: 1000, reason: '' });
+  pass(60_000);
+  assert.deepEqual([FakeSocket.all.length, FakeSocket.all[1].closed, names().length], [2, true, 1]);
 });

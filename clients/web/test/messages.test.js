@@ -4,8 +4,8 @@ import assert from 'node:assert/strict';
 import { existsSync, readFileSync } from 'node:fs';
 import test from 'node:test';
 import { MessageError, parseServerMessage, reportMessage, subscribeMessage, timeMessage } from '../src/messages.js';
-import { readOptions } from '../src/options.js';
-import { beaufort, compassPoint, seaTime } from '../src/panel.js';
+import { readOptions } from '../viewer/options.js';
+import { beaufort, compassPoint, seaTime } from '../viewer/panel.js';
 import { planUnits } from '../src/plan.js';
 
 const HELLO = {
@@ -72,7 +72,7 @@ test('the plan fits what is offered', () => {
   assert.equal(plan.units.length, 8);
   assert.ok(plan.units.every((u) => u.level === 1 && u.class === '1mm' && u.codec === 'rans'));
   assert.ok(planUnits(HELLO, { rate: 15, level: 0, class: '1mm', codec: 'i16' }).units.every((u) => u.codec === 'i16'));
-  assert.ok(planUnits(HELLO, { rate: 15, level: 0, class: '1mm', codec: 'f32' }).units.every((u) => u.codec === 'rans'), 'not read here');
+  assert.ok(planUnits(HELLO, { rate: 15, level: 0, class: '1mm', codec: 'deflate' }).units.every((u) => u.codec === 'rans'), 'not read here');
   const few = planUnits({ ...HELLO, limits: { units: 3 } }, { rate: 15, level: 0, class: 'none' });
   assert.deepEqual(few.units.map((u) => u.group), ['displacement', 'displacement', 'slopes']);
   assert.equal(few.units[0].class, '0.5mm');

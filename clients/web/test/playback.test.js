@@ -1,161 +1,143 @@
-// The ring of frames: exact on cubics, fewer points at edges, holding when starved.
+// What is held of the sea across a further hello: frames of cascades that go on, and nothing outside their ticks.
 
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { Pick, Ring, RING_SLOTS } from '../src/playback.js';
+import { decodeFrame } from '../src/decode.js';
+import { Playback } from '../src/playback.js';
+import { makeFrame } from './frames.js';
 
-const INTERVAL = 480;
-const cubic = (t) => 3 + t / 500 - (t / 700) ** 2 + (t / 900) ** 3;
+const CASCADE = { index: 0, patch_m: 64, n: 8, levels: 1, wavelength_min_m: 1, wavelength_max_m: 9, from_tick: 0, until_tick: null };
+const OLD = { ...CASCADE, until_tick: 9600 }, NEW = { ...CASCADE, index: 8, from_tick: 4800 };
 
-/** A ring whose frames hold one number each. */
-class Numbers {
-  constructor(tiles = 1) {
-    this.ring = new Ring(INTERVAL, tiles);
-    this.values = new Float64Array(RING_SLOTS);
-    this.pick = new Pick();
+/** A playback whose units count how many of them were let go of. */
+function held(cascades, before = null, plan = planOf(...cascades)) {
+  const playback = new Playback({ cascades }, plan, before);
+  playback.disposed = 0;
+  const watch = () => playback.all().forEach((unit) => { unit.attached ??= { dispose: () => { playback.disposed++; } }; });
+  const { accept } = playback;
+  playback.accept = (frame) => { const used = accept.call(playback, frame); watch(); return used; };
+  watch();
+  return playback;
+}
+
+const planOf = (...cascades) => ({ rateHz: 15,
+  units: ['displacement', 'slopes', 'derivatives'].flatMap((group) => cascades.map((c) => ({ cascade: c.index, level: 0, class: '1mm', group }))) });
+
+/** Frames of three groups at some ticks, all of one count of 2 mm. */
+function feed(fields, cascade, ticks, count) {
+  let used = 0;
+  for (const tick of ticks) {
+    for (const group of [0, 1, 2]) {
+      // Heights alone: what moves sideways would move the place that is looked at.
+      const value = (i) => (group === 0 && Math.floor(i / 64) === 1 ? count : 0);
+      used += fields.accept(decodeFrame(makeFrame({ cascade, group, tick, value }))) ? 1 : 0;
+    }
   }
+  return used;
+}
 
-  put(k, value = cubic(k * INTERVAL)) {
-    const slot = this.ring.place(k * INTERVAL);
-    if (slot >= 0) this.values[slot] = value;
-    return slot;
-  }
+const look = (playback, tick) => {
+  playback.seek(tick);
+  return Math.round(playback.heightAt(1, 1) * 1000);
+};
 
-  at(tick) {
-    const { weights, slots } = this.ring.pick(tick, this.pick);
-    return weights.reduce((sum, w, i) => sum + w * this.values[slots[i]], 0);
+test('a further hello keeps the frames of what goes on, and the picture', () => {
+  const first = held([CASCADE]);
+  assert.equal(feed(first, 0, [3840, 4320, 4800, 5280, 5760], 100), 15);
+  first.seek(4500);
+  assert.equal(first.complete, true);
+  const next = held([OLD, NEW], first);
+  assert.deepEqual([next.complete, first.all()], [true, []], 'no black picture, and nothing is held twice');
+  assert.equal(next.seek(4600), false, 'not starved');
+  assert.deepEqual(next.active, [0]);
+  assert.equal(look(next, 4600), 200, 'the frames are there');
+  // The new cascade has begun, and nothing of it is there yet.
+  assert.equal(look(next, 5000), 200, 'what is not there counts as nothing');
+  assert.deepEqual([next.active, next.complete], [[0, 1], true]);
+});
+
+test('a cascade counts at its own ticks alone, and is let go of at its end', () => {
+  const playback = held([OLD, NEW]);
+  feed(playback, 8, [4800, 5280, 5760, 6240, 9600, 10080], 50);
+  feed(playback, 0, [3840, 4320, 4800, 5280, 5760, 6240], 100);
+  assert.equal(look(playback, 4700), 200, 'the new one is held, and has not begun');
+  assert.deepEqual([playback.active, playback.finest], [[0], 0]);
+  assert.equal(look(playback, 5300), 300);
+  assert.deepEqual([playback.active, playback.finest], [[0, 1], 0], 'ripples are still of the old one');
+  assert.equal(look(playback, 4700), 200, 'also for a clock that was set back');
+  assert.equal(look(playback, 9700), 100);
+  assert.deepEqual([playback.active, playback.finest], [[1], 1]);
+  assert.equal(playback.disposed, 3, 'what ended costs nothing');
+  assert.equal(playback.ahead(9700), 380, 'what ended is not behind');
+});
+
+test('the end of a cascade is no starvation', () => {
+  const playback = held([OLD, NEW]);
+  feed(playback, 8, [8160, 8640, 9120, 9600], 50);
+  feed(playback, 0, [7200, 7680], 100);
+  assert.equal(playback.seek(8000), true);
+  feed(playback, 0, [8160, 8640, 9120], 0);
+  assert.equal(playback.seek(9300), false);
+});
+
+test('another cascade of the same number is another', () => {
+  const first = held([CASCADE]);
+  feed(first, 0, [4800], 100);
+  const next = held([{ ...CASCADE, from_tick: 4800 }], first);
+  assert.equal(look(next, 4800), 0);
+});
+
+const WIDE = { ...CASCADE, n: 16, levels: 2 };
+
+/** Frames of the three groups of a cascade of 16 x 16, at a level. */
+function send(playback, level, ticks, count) {
+  for (const tick of ticks) {
+    for (const group of [0, 1, 2]) {
+      const n = 16 >> level, value = (i) => (group === 0 && Math.floor(i / n / n) === 1 ? count : 0);
+      assert.ok(playback.accept(decodeFrame(makeFrame({ cascade: 0, group, tick, n, level, value }))));
+    }
   }
 }
 
-test('four frames: exact on a cubic', () => {
-  const n = new Numbers();
-  for (let k = 10; k < 16; k++) n.put(k);
-  for (let t = 11 * INTERVAL; t <= 14 * INTERVAL; t += 37) {
-    assert.ok(Math.abs(n.at(t) - cubic(t)) < 1e-9);
-    assert.equal(n.pick.starved, false);
-  }
-  assert.equal(n.pick.points, 4);
-  n.at(12 * INTERVAL);
-  assert.equal(n.pick.points, 1, 'on a frame: that frame alone');
+test('a unit comes coarser, and fine again: each is shown from its first frame on', () => {
+  const playback = held([WIDE]);
+  send(playback, 0, [480, 960, 1440, 1920], 100);
+  send(playback, 1, [2400, 2880, 3360, 3840], 50);
+  assert.deepEqual([look(playback, 1000), playback.levels()], [200, [0]]);
+  assert.equal(playback.ahead(1000), 2840, 'what is to come is held');
+  assert.deepEqual([look(playback, 2100), playback.levels()], [200, [0]], 'the last fine one stays until then');
+  assert.equal(playback.disposed, 0);
+  assert.deepEqual([look(playback, 2410), playback.levels()], [100, [1]]);
+  assert.equal(playback.disposed, 3);
+  send(playback, 0, [4320, 4800], 70);
+  assert.deepEqual([look(playback, 4330), playback.levels()], [140, [0]]);
+  const wrong = (over) => playback.accept(decodeFrame(makeFrame({ cascade: 0, tick: 5280, ...over })));
+  assert.deepEqual([wrong({ level: 1, n: 16 }), wrong({ level: 2, n: 8 }), wrong({ level: 40, n: 8 })], [false, false, false]);
 });
 
-test('order of arrival does not matter', () => {
-  const n = new Numbers();
-  for (const k of [14, 11, 13, 10, 12]) n.put(k);
-  const t = 12.3 * INTERVAL;
-  assert.ok(Math.abs(n.at(t) - cubic(t)) < 1e-9);
+test('what is coarser stays over a further hello, until the fine frames come', () => {
+  const first = held([WIDE]);
+  send(first, 1, [480, 960], 0);
+  first.seek(500);
+  const next = held([WIDE], first);
+  assert.deepEqual([next.levels(), next.seek(600)], [[1], false]);
 });
 
-test('at the edges fewer points, and weights still sum to 1', () => {
-  const n = new Numbers();
-  for (let k = 10; k < 14; k++) n.put(k);
-  n.at(10.5 * INTERVAL);
-  assert.equal(n.pick.points, 3);
-  n.at(12.5 * INTERVAL);
-  assert.equal(n.pick.points, 3);
-  for (let t = 10 * INTERVAL; t < 13 * INTERVAL; t += 50) {
-    n.at(t);
-    assert.ok(Math.abs(n.pick.weights.reduce((a, b) => a + b) - 1) < 1e-12);
-  }
-  const two = new Numbers();
-  two.put(10, 1);
-  two.put(11, 3);
-  assert.equal(two.at(10.25 * INTERVAL), 1.5);
-});
-
-test('past the last frame it holds, and says so', () => {
-  const n = new Numbers();
-  for (let k = 10; k < 14; k++) n.put(k);
-  assert.equal(n.at(13 * INTERVAL), cubic(13 * INTERVAL));
-  assert.equal(n.pick.starved, false, 'the last frame itself is no starvation');
-  assert.equal(n.at(15.7 * INTERVAL), cubic(13 * INTERVAL));
-  assert.equal(n.pick.starved, true);
-  assert.equal(n.at(9.9 * INTERVAL), cubic(10 * INTERVAL));
-  assert.equal(n.pick.starved, true);
-});
-
-test('nothing held: nothing to show', () => {
-  const n = new Numbers();
-  n.at(100);
-  assert.equal(n.pick.points, 0);
-  assert.equal(n.pick.starved, true);
-});
-
-test('a skipped tick is bridged by the frames about it', () => {
-  const n = new Numbers();
-  for (const k of [10, 11, 13, 14]) n.put(k);
-  const t = 12.2 * INTERVAL;
-  assert.ok(Math.abs(n.at(t) - cubic(t)) < 1e-9);
-  assert.equal(n.pick.starved, false);
-});
-
-test('a long gap is a straight line, not a swing', () => {
-  const n = new Numbers();
-  n.put(10, 0);
-  n.put(11, 0);
-  n.put(16, 5);
-  n.put(17, 5);
-  assert.equal(n.at(13.5 * INTERVAL), 2.5);
-});
-
-test('dropped: off the grid, duplicates, and older than what its slot holds', () => {
-  const n = new Numbers();
-  assert.equal(n.ring.place(INTERVAL + 1), -1);
-  assert.ok(n.put(30) >= 0);
-  assert.equal(n.put(30), -1);
-  assert.equal(n.put(30 - RING_SLOTS), -1);
-  assert.ok(n.put(30 + RING_SLOTS) >= 0);
-});
-
-test('a patch in tiles counts once all have come', () => {
-  const n = new Numbers(4);
-  for (let i = 0; i < 3; i++) n.put(10);
-  n.at(10 * INTERVAL);
-  assert.equal(n.pick.points, 0);
-  n.put(10);
-  n.at(10 * INTERVAL);
-  assert.equal(n.pick.points, 1);
-  assert.equal(n.ring.newest, 10 * INTERVAL);
-});
-
-test('whether a time is reached', () => {
-  const n = new Numbers(2);
-  n.put(10);
-  assert.equal(n.ring.reaches(12 * INTERVAL), false, 'half a frame is none');
-  n.put(10);
-  assert.deepEqual([9, 10, 12].map((k) => n.ring.reaches(k * INTERVAL)), [false, true, true]);
-});
-
-/** Arrivals of a stream of 60 Hz: by layer, so far ahead of its tick. */
-const LEADS = [1680, 1200, 1080];
-
-test('frames of layers come out of order and later: whatever is there, four points, never starved', () => {
-  for (const layers of [1, 2, 3]) {
-    const interval = 120, ring = new Ring(interval), values = new Float64Array(RING_SLOTS), pick = new Pick();
-    const layerOf = (t) => (t % 480 === 0 ? 0 : t % 240 === 0 ? 1 : 2);
-    for (let now = 0; now < 20_000; now += 40) {
-      for (const [layer, lead] of LEADS.slice(0, layers).entries()) {
-        const tick = now + lead;
-        if (tick % interval !== 0 || layerOf(tick) !== layer) continue;
-        const slot = ring.place(tick);
-        assert.ok(slot >= 0, `${layers} layers: frame ${tick} dropped at ${now}`);
-        values[slot] = cubic(tick);
-      }
-      if (now < 3000) continue;
-      const { weights, slots, starved, points } = ring.pick(now + 7, pick);
-      const at = weights.reduce((sum, w, i) => sum + w * values[slots[i]], 0);
-      assert.deepEqual([starved, points], [false, 4]);
-      assert.ok(Math.abs(at - cubic(now + 7)) < 1e-6, `${layers} layers at ${now}`);
-    }
-  }
-});
-
-test('fewer frames from now on: a curve goes from the dense ones to the sparse ones', () => {
-  const ring = new Ring(120), values = new Float64Array(RING_SLOTS), pick = new Pick();
-  for (const tick of [4800, 4920, 5040, 5160, 5280, 5760, 6240]) values[ring.place(tick)] = cubic(tick);
-  for (let t = 5040; t < 5760; t += 17) {
-    const { weights, slots, points } = ring.pick(t, pick);
-    if (points === 4) assert.ok(Math.abs(weights.reduce((sum, w, i) => sum + w * values[slots[i]], 0) - cubic(t)) < 1e-6);
-    else assert.equal(t, 5040);
-  }
+test('another level or rate is asked for: what is held is shown until the new frames reach the moment', () => {
+  const asking = (level, rateHz) => ({ ...planOf(WIDE), rateHz, units: planOf(WIDE).units.map((u) => ({ ...u, level })) });
+  const first = held([WIDE], null, asking(0, 15));
+  send(first, 0, [480, 960, 1440], 100);
+  first.seek(1000);
+  const coarse = held([WIDE], first, asking(1, 15));
+  assert.deepEqual([look(coarse, 1100), coarse.complete, coarse.starved], [200, true, false]);
+  send(coarse, 1, [1440, 1920, 2400], 50);
+  assert.deepEqual([look(coarse, 1430), coarse.levels()], [200, [0]]);
+  assert.deepEqual([look(coarse, 1450), coarse.levels()], [100, [1]]);
+  const fast = held([WIDE], coarse, asking(1, 30));
+  send(fast, 1, [2640, 2880, 3120], 50);
+  assert.deepEqual([look(fast, 2000), look(fast, 2500), fast.starved], [100, 100, false], 'frames of both rates make one curve');
+  assert.deepEqual([look(fast, 2700), fast.units[0][0].ring.interval], [100, 240]);
+  const slow = held([WIDE], fast, asking(1, 15));
+  send(slow, 1, [3360, 3840], 50);
+  assert.deepEqual([look(slow, 3500), slow.starved, slow.units[0][0].ring.interval], [100, false, 240]);
 });

@@ -11,6 +11,7 @@ const DEFAULTS = {
   still: false, // no panel, no help
   ripples: true, // shading below the shortest streamed wave
   detail: 'high', // or 'low': half the mesh, no antialiasing, little anisotropic filtering
+  adapt: true, // gives way in rate, level and mesh before pictures are dropped
   scale: 0, // drawing buffer pixels per CSS pixel; 0: the device's, at most 2
 };
 

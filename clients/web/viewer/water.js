@@ -231,13 +231,13 @@ void main() {
 export const BACKGROUND_FRAGMENT = `
 ${SKY_GLSL}
 in vec2 vCover;
-uniform vec4 uLens;   // tangents of half the view: x, y
+uniform vec4 uLens;   // tangents at the view's middle: x, y, and of half its width and height
 uniform mat3 uTurn;   // world from camera
 uniform float uExposure;
 out vec4 oColor;
 
 void main() {
-  vec3 d = normalize(uTurn * vec3(vCover * uLens.xy, -1.0));
+  vec3 d = normalize(uTurn * vec3(uLens.xy + vCover * uLens.zw, -1.0));
   vec3 color = skyRadiance(normalize(vec3(d.x, max(d.y, 0.012), d.z)));
   float off = acos(clamp(dot(d, uSun), -1.0, 1.0));
   color += sunIrradiance() * (400.0 * smoothstep(0.0056, 0.0044, off) + 0.25 * exp(-off * 22.0)) * step(0.0, d.y);

@@ -18,6 +18,17 @@ export function openGpu(canvas, low) {
     alpha: false, antialias: !low, depth: true, powerPreference: 'high-performance',
   });
   if (!gl) throw new Error('this browser has no WebGL2');
+  return gpuOf(gl, low);
+}
+
+/**
+ * What a context can do; extensions that textures need are switched on.
+ * @param {WebGL2RenderingContext} gl
+ * @param {boolean} low spare a weak GPU
+ * @returns {Gpu}
+ * @throws {Error} a GPU that can't draw to float textures
+ */
+export function gpuOf(gl, low = false) {
   const float = gl.getExtension('EXT_color_buffer_float');
   if (!float && !gl.getExtension('EXT_color_buffer_half_float')) {
     throw new Error('this GPU cannot draw to float textures (EXT_color_buffer_float, _half_float)');
@@ -37,12 +48,14 @@ export function openGpu(canvas, low) {
  * @param {string} name for messages
  * @param {string} vertex GLSL without the version line
  * @param {string} fragment GLSL without the version line
- * @returns {{program: WebGLProgram, at: Record<string, WebGLUniformLocation>}} uniforms by name, arrays without [0]
+ * @returns {{program: WebGLProgram, at: Record<string, WebGLUniformLocation | null>}} uniforms by name, arrays without [0]
  */
 export function makeProgram(gl, name, vertex, fragment) {
   const program = gl.createProgram();
-  for (const [type, body] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
-    const shader = gl.createShader(type);
+  /** @type {[number, string][]} */
+  const stages = [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]];
+  for (const [type, body] of stages) {
+    const shader = /** @type {WebGLShader} */ (gl.createShader(type)); // null for a type that is none
     gl.shaderSource(shader, `#version 300 es\nprecision highp float;\nprecision highp int;\n${body}`);
     gl.compileShader(shader);
     gl.attachShader(program, shader);
@@ -55,10 +68,11 @@ export function makeProgram(gl, name, vertex, fragment) {
   if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
     throw new Error(`${name}: ${gl.getProgramInfoLog(program)}`);
   }
+  /** @type {Record<string, WebGLUniformLocation | null>} */
   const at = {};
   const count = gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS) ?? 0;
   for (let i = 0; i < count; i++) {
-    const uniform = gl.getActiveUniform(program, i).name;
+    const uniform = /** @type {WebGLActiveInfo} */ (gl.getActiveUniform(program, i)).name;
     at[uniform.replace('[0]', '')] = gl.getUniformLocation(program, uniform);
   }
   return { program, at };
@@ -72,7 +86,14 @@ void main() {
   gl_Position = vec4(vCover, 0.0, 1.0);
 }`;
 
-/** Binds a texture to a unit and points a sampler at it. */
+/**
+ * Binds a texture to a unit and points a sampler at it.
+ * @param {WebGL2RenderingContext} gl
+ * @param {number} unit
+ * @param {number} target
+ * @param {WebGLTexture | null} texture
+ * @param {WebGLUniformLocation | null} location of the sampler
+ */
 export function bindTexture(gl, unit, target, texture, location) {
   gl.activeTexture(gl.TEXTURE0 + unit);
   gl.bindTexture(target, texture);

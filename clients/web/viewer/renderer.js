@@ -1,8 +1,9 @@
-// Draws one picture: sky, then water. Owns the GPU's state; reads fields, camera and weather.
+// Draws pictures: sky, then water, in one view or in several. Owns the GPU's state; reads playback and weather.
 
-import { Fields, MOST_CASCADES } from './fields.js';
+import { Fields } from '../src/fields.js';
+import { bindTexture, COVER_VERTEX, makeProgram, openGpu } from '../src/gl.js';
+import { MOST_CASCADES } from '../src/playback.js';
 import { makeFoamTexture } from './foam.js';
-import { bindTexture, COVER_VERTEX, makeProgram, openGpu } from './gl.js';
 import { Grid } from './grid.js';
 import { SkyMap } from './sky.js';
 import { BACKGROUND_FRAGMENT, WATER_FRAGMENT, WATER_VERTEX } from './water.js';
@@ -30,7 +31,8 @@ export class Renderer {
     const low = options.detail === 'low';
     this.gpu = openGpu(canvas, low);
     const { gl } = this.gpu;
-    this.grid = new Grid(gl, low ? 64 : 128);
+    this.grids = [new Grid(gl, 128), new Grid(gl, 64)];
+    this.setMesh(low);
     this.sky = new SkyMap(this.gpu);
     this.foam = makeFoamTexture(this.gpu);
     this.background = makeProgram(gl, 'background', COVER_VERTEX, BACKGROUND_FRAGMENT);
@@ -43,10 +45,7 @@ export class Renderer {
     this.patches = new Float32Array(4 * MOST_CASCADES);
     this.longest = new Float32Array(MOST_CASCADES);
     this.layers = new Float32Array(MOST_CASCADES);
-    this.planes = Array.from({ length: 5 }, () => new Float64Array(3));
-    this.view = new Float32Array(16);
-    this.turn = new Float32Array(9);
-    this.sees = (box) => this.planes.every((p) => reaches(p, box));
+    this.weather = { windMps: null, windFromDeg: 0, hsM: 2 };
   }
 
   /** Azimuth clockwise from north and elevation, degrees. */
@@ -56,85 +55,81 @@ export class Renderer {
     this.sky.draw(this.sun);
   }
 
-  /** Another sea begins, and everything held is forgotten; or the same goes on in another layout. */
-  setSea(layout, plan, goesOn) {
-    const before = this.fields;
-    this.fields = new Fields(this.gpu, layout, plan, goesOn ? before : null);
-    before?.dispose();
+  /** A coarse mesh, for a GPU that has no time for a fine one. */
+  setMesh(coarse) {
+    this.grid = this.grids[coarse ? 1 : 0];
   }
 
   /**
-   * @param {number} tick time to show; NaN before there is one
-   * @param {import('../camera.js').Camera} camera
-   * @param {Weather} weather
-   * @returns {{drawn: boolean, starved: boolean}}
+   * Another sea begins, or the same goes on in another layout or quality.
+   * @param {import('../src/playback.js').Playback} playback
    */
-  draw(tick, camera, weather) {
-    const { gl } = this.gpu;
-    this.#fit();
+  setSea(playback) {
+    this.fields?.dispose();
+    this.fields = new Fields(this.gpu, playback);
+  }
+
+  /**
+   * Goes to a moment: all that is painted until the next call is of it.
+   * @param {number} tick NaN before there is one
+   * @param {Weather} weather
+   * @returns {{drawn: boolean, starved: boolean}} whether there is water to draw
+   */
+  seek(tick, weather) {
+    this.weather = weather;
     const from = weather.windFromDeg * Math.PI / 180;
     this.crestwise = weather.windMps === null ? [0, 0] : [Math.cos(from), Math.sin(from)];
-    let starved = false;
-    if (this.fields && Number.isFinite(tick)) {
-      starved = this.fields.seek(tick, this.crestwise);
-      this.fields.uploadAhead(tick, UPLOADS_AHEAD);
-    }
-    this.#look(camera);
-    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
-    gl.clear(gl.DEPTH_BUFFER_BIT);
-    this.#drawSky();
-    const drawn = Boolean(this.fields?.complete);
-    if (drawn) this.#drawWater(camera, weather);
+    if (!this.fields || !Number.isFinite(tick)) return { drawn: false, starved: false };
+    const starved = this.fields.seek(tick, this.crestwise);
+    this.fields.uploadAhead(tick, UPLOADS_AHEAD);
+    const drawn = this.fields.playback.complete;
     return { drawn, starved: drawn && starved };
   }
 
-  #fit() {
+  /** Sets the canvas to the size at which it is shown. */
+  fit() {
     const scale = this.options.scale || Math.min(2, window.devicePixelRatio || 1);
     const width = Math.max(1, Math.round(this.canvas.clientWidth * scale));
     const height = Math.max(1, Math.round(this.canvas.clientHeight * scale));
     if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
   }
 
-  #look(camera) {
-    const { right, up, forward, near } = camera.axes();
-    const ty = Math.tan(camera.fov / 2), tx = ty * this.canvas.width / this.canvas.height;
-    this.lens = [tx, ty];
-    for (let i = 0; i < 3; i++) {
-      this.view[i * 4] = right[i] / tx;
-      this.view[i * 4 + 1] = up[i] / ty;
-      this.view[i * 4 + 2] = forward[i];
-      this.view[i * 4 + 3] = forward[i];
-      this.turn[i] = right[i];
-      this.turn[3 + i] = up[i];
-      this.turn[6 + i] = -forward[i];
-      this.planes[0][i] = forward[i];
-      this.planes[1][i] = forward[i] * tx + right[i];
-      this.planes[2][i] = forward[i] * tx - right[i];
-      this.planes[3][i] = forward[i] * ty + up[i];
-      this.planes[4][i] = forward[i] * ty - up[i];
+  /**
+   * @param {import('./view.js').View[]} views
+   * @param {WebGLFramebuffer | null} framebuffer
+   * @param {(view: import('./view.js').View) => void} [more] what else is in the world
+   */
+  paint(views, framebuffer, more) {
+    const { gl } = this.gpu;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    for (const view of views) {
+      gl.viewport(...view.viewport);
+      this.#drawSky(view);
+      if (this.fields?.playback.complete) this.#drawWater(view);
+      more?.(view);
     }
-    this.view[14] = -2 * near; // the far plane lies at infinity
   }
 
-  #drawSky() {
+  #drawSky(view) {
     const { gl } = this.gpu;
     const { program, at } = this.background;
     gl.disable(gl.DEPTH_TEST);
     gl.useProgram(program);
-    gl.uniform4f(at.uLens, this.lens[0], this.lens[1], 0, 0);
-    gl.uniformMatrix3fv(at.uTurn, false, this.turn);
+    gl.uniform4fv(at.uLens, view.lens);
+    gl.uniformMatrix3fv(at.uTurn, false, view.turn);
     gl.uniform3fv(at.uSun, this.sun);
     gl.uniform1f(at.uExposure, EXPOSURE);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  #drawWater(camera, weather) {
+  #drawWater(view) {
     const { gl } = this.gpu;
-    const { fields, grid } = this;
+    const { fields, grid, weather } = this, { active, finest } = fields.playback;
     const { program, at } = this.water;
-    const eye = camera.eye;
+    const { eye } = view;
     grid.moveTo(eye[0], eye[2]);
-    fields.active.forEach((layer, i) => {
+    active.forEach((layer, i) => {
       const patch = fields.patches[layer];
       this.layers[i] = layer;
       this.longest[i] = fields.longest[layer];
@@ -150,10 +145,10 @@ export class Renderer {
     gl.uniform4fv(at.uPatch, this.patches);
     gl.uniform1fv(at.uLongest, this.longest);
     gl.uniform1fv(at.uLayer, this.layers);
-    gl.uniform1i(at.uCount, fields.active.length);
-    gl.uniform1i(at.uFinest, Math.max(0, fields.active.indexOf(fields.finest)));
+    gl.uniform1i(at.uCount, active.length);
+    gl.uniform1i(at.uFinest, Math.max(0, active.indexOf(finest)));
     gl.uniform3f(at.uEye, eye[0] - grid.origin[0], eye[1], eye[2] - grid.origin[1]);
-    gl.uniformMatrix4fv(at.uView, false, this.view);
+    gl.uniformMatrix4fv(at.uView, false, view.clip);
     gl.uniform3fv(at.uSun, this.sun);
     gl.uniform2f(at.uFade, FADE_PATCHES[0], FADE_PATCHES[1]);
     gl.uniform1f(at.uRipples, this.options.ripples ? 0.6 : 0);
@@ -169,15 +164,10 @@ export class Renderer {
     bindTexture(gl, 3, gl.TEXTURE_2D_ARRAY, fields.shear, at.uShear);
     bindTexture(gl, 4, gl.TEXTURE_2D, this.sky.texture, at.uSky);
     bindTexture(gl, 5, gl.TEXTURE_2D, this.foam, at.uFoamPattern);
-    grid.draw(at, eye, 2 + 2 * weather.hsM, this.sees);
+    grid.draw(at, eye, 2 + 2 * weather.hsM, view.sees);
   }
 }
 
 function fraction(x) {
   return x - Math.floor(x);
-}
-
-/** Whether some point of a box lies on the inner side of a plane through the eye. */
-function reaches(p, box) {
-  return p[0] * box[p[0] > 0 ? 3 : 0] + p[1] * box[p[1] > 0 ? 4 : 1] + p[2] * box[p[2] > 0 ? 5 : 2] >= 0;
 }

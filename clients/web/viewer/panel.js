@@ -1,6 +1,6 @@
 // The panel: shows numbers, and asks the server for another wind.
 
-import { TICKS_PER_SECOND } from './messages.js';
+import { TICKS_PER_SECOND } from '../src/messages.js';
 
 const POINTS = ['N', 'NNE', 'NE', 'ENE', 'E', 'ESE', 'SE', 'SSE', 'S', 'SSW', 'SW', 'WSW', 'W', 'WNW', 'NW', 'NNW'];
 
@@ -60,6 +60,7 @@ export class Panel {
   constructor(document) {
     this.at = (id) => document.getElementById(id);
     this.scene = null;
+    this.dropped = 0; // pictures that the display could have had
     this.held = false; // the operator has a slider in hand: leave them alone
     for (const id of ['speed', 'direction', 'transition']) {
       const slider = this.at(id);
@@ -121,7 +122,7 @@ export class Panel {
   /**
    * A few times a second.
    * @param {{tick: number, boundMs: number, aheadTicks: number, bytesPerSecond: number, decodeMs: number,
-   *   rateHz: number, levels: number[], fps: number, starved: number, refused: number}} n
+   *   rateHz: number, levels: number[], fps: number, pictureMs: number, dropped: number, starved: number, refused: number}} n
    */
   setNumbers(n) {
     const known = Number.isFinite(n.tick);
@@ -132,8 +133,35 @@ export class Panel {
     this.at('bytes').textContent = `${(n.bytesPerSecond / 1e6).toFixed(2)} MB/s`;
     this.at('quality').textContent = n.rateHz ? `${n.rateHz} Hz, level ${n.levels.join(' and ')}` : '-';
     this.at('decode').textContent = Number.isFinite(n.decodeMs) ? `${n.decodeMs.toFixed(1)} ms a tick` : '-';
-    this.at('fps').textContent = `${n.fps.toFixed(0)} /s`;
+    this.at('fps').textContent = `${n.fps.toFixed(0)} /s of ${n.pictureMs.toFixed(1)} ms`;
+    this.dropped += n.dropped;
+    this.at('dropped').textContent = String(this.dropped);
     this.at('starved').textContent = n.refused ? `${n.starved}, ${n.refused} refused` : String(n.starved);
+  }
+
+  /** The same in few words, for a board in VR. */
+  lines(n) {
+    return [
+      `${this.at('hs').textContent}, ${this.at('wind').textContent}`,
+      `${n.fps.toFixed(0)} pictures/s, ${n.pictureMs.toFixed(1)} ms`,
+      `${this.dropped} dropped, ${n.starved} starved`,
+      `${n.rateHz} Hz, level ${n.levels.join(' and ')}, clock ${n.boundMs.toFixed(1)} ms`,
+    ];
+  }
+
+  /** Shows the button to enter VR. */
+  offerVr(press) {
+    this.at('vr').hidden = false;
+    this.at('enter').addEventListener('click', press);
+  }
+
+  setImmersed(immersed) {
+    this.at('enter').textContent = immersed ? 'Leave VR' : 'Enter VR';
+  }
+
+  /** Where to stand in VR: 'deck' or 'sea'. */
+  floor() {
+    return this.at('floor').value;
   }
 
   #label() {

@@ -4,7 +4,7 @@
 // after Kasten & Young 1989, plus an even term for light scattered more than once. Radiance is in
 // units in which the sun above the air gives an irradiance of SUN.
 
-import { COVER_VERTEX, makeProgram } from './gl.js';
+import { COVER_VERTEX, makeProgram } from '../src/gl.js';
 
 const WIDTH = 256, HEIGHT = 128;
 
@@ -76,7 +76,7 @@ void main() {
 }`;
 
 export class SkyMap {
-  /** @param {import('./gl.js').Gpu} gpu */
+  /** @param {import('../src/gl.js').Gpu} gpu */
   constructor(gpu) {
     const { gl } = gpu;
     this.gl = gl;

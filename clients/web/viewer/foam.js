@@ -4,7 +4,7 @@
 const SIZE = 256;
 
 /**
- * @param {import('./gl.js').Gpu} gpu
+ * @param {import('../src/gl.js').Gpu} gpu
  * @returns {WebGLTexture}
  */
 export function makeFoamTexture(gpu) {

@@ -1,7 +1,8 @@
 // Where we look from: flies with W A S D Q E or a touch, turns with the mouse or a drag.
 
+import { Lift } from './lift.js';
+
 const RADIANS = Math.PI / 180;
-const LOWEST_M = 0.7; // above the water below
 const TURN_PER_PIXEL = 0.12; // degrees
 
 export class Camera {
@@ -16,7 +17,7 @@ export class Camera {
     this.fov = 55 * RADIANS; // vertical
     this.keys = new Set();
     this.thrust = 0; // of a second finger
-    this.lift = 0; // how far the water pushes us up, metres
+    this.lift = new Lift();
     this.frame = { right: [0, 0, 0], up: [0, 0, 0], forward: [0, 0, 0], near: 0.3 };
   }
 
@@ -83,9 +84,12 @@ export class Camera {
     const speed = (3 + this.eye[1] * 0.8) * (on('ShiftLeft', 'ShiftRight') ? 4 : 1) * Math.min(seconds, 0.1);
     for (let i = 0; i < 3; i++) this.eye[i] += (forward[i] * ahead + right[i] * side) * speed;
     this.eye[1] = Math.min(3000, this.eye[1] + rise * speed * 0.5);
-    // The water lifts us at once and lets us down gently, to where we were.
-    this.eye[1] -= this.lift;
-    this.lift = Math.max(0, water + LOWEST_M - this.eye[1], this.lift * Math.exp(-seconds));
-    this.eye[1] += this.lift;
+    this.eye[1] = this.lift.above(this.eye[1] - this.lift.metres, water, seconds);
+  }
+
+  /** Edges of the view as tangents, for a picture of this shape. */
+  tangents(aspect) {
+    const upper = Math.tan(this.fov / 2);
+    return [-upper * aspect, upper * aspect, -upper, upper];
   }
 }

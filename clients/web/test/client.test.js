@@ -1,0 +1,106 @@
+// A sea that is followed, without a worker: what is held across a loss, another subscription, another layout and sea.
+
+import assert from 'node:assert/strict';
+import test, { mock } from 'node:test';
+import { connect, streamOf } from '../src/client.js';
+import { makeFrame } from './frames.js';
+
+class FakeSocket {
+  static OPEN = 1;
+
+  static all = [];
+
+  constructor(url) {
+    Object.assign(this, { url, readyState: 1, sent: [] });
+    FakeSocket.all.push(this);
+  }
+
+  send(text) {
+    const message = JSON.parse(text);
+    this.sent.push(message);
+    // A server whose clock began with this process's.
+    const t = Math.round((performance.timeOrigin + performance.now()) * 1000) - this.ahead;
+    if (message.type === 'time' && this.ahead !== undefined) this.say({ type: 'time', t0: message.t0, t1_us: t, t2_us: t });
+  }
+
+  close() {}
+
+  say(message) { this.onmessage({ data: message instanceof ArrayBuffer ? message : JSON.stringify(message) }); }
+}
+
+const EPOCH = 'ab54a98ceb1f0ad2'; // that of makeFrame
+const CASCADE = { index: 1, patch_m: 64, n: 8, levels: 2, wavelength_min_m: 1, wavelength_max_m: 9, from_tick: 0, until_tick: null };
+const hello = (over = {}) => ({
+  type: 'hello', protocol: 1, server: 's', scene: 'default', epoch: EPOCH, ticks_per_second: 7200, tick: 1, lead_ticks: 1680, sequence: 0,
+  layout: { generation: 1, cascades: [CASCADE] }, rates_hz: [15, 30], classes: [{ name: '1mm' }],
+  groups: [{ name: 'displacement', channels: ['dx', 'height', 'dz'] }], limits: { units: 8 }, ...over,
+});
+
+function start(t) {
+  mock.timers.enable({ apis: ['setTimeout', 'setInterval'] });
+  t.after(() => mock.timers.reset());
+  FakeSocket.all.length = 0;
+  globalThis.WebSocket = FakeSocket;
+  const client = connect('http://sea.example:8080/', {}, { worker: false }), heard = [];
+  t.after(() => client.close());
+  for (const kind of ['hello', 'playback', 'state', 'frame', 'message']) client.on(kind, () => heard.push(kind));
+  const send = (ticks, count = 100) => ticks.forEach((tick) => {
+    FakeSocket.all.at(-1).say(makeFrame({ tick, value: (i) => (Math.floor(i / 64) === 1 ? count : 0) }));
+  });
+  return { client, heard, send };
+}
+
+test('the stream of a server', () => {
+  assert.equal(streamOf('http://h:8080'), 'ws://h:8080/v1/stream');
+  assert.equal(streamOf('https://h/sea/?eye=1#x'), 'wss://h/sea/v1/stream');
+  assert.equal(streamOf('wss://h/v1/stream'), 'wss://h/v1/stream');
+  assert.throws(() => streamOf('h'), TypeError);
+});
+
+test('what is held stays over a loss and another subscription, and goes with another sea', (t) => {
+  const { client, heard, send } = start(t);
+  assert.ok(Number.isNaN(client.heightAt(0, 0, 4800)), 'nothing is known yet');
+  FakeSocket.all[0].say(hello());
+  const first = client.playback;
+  send([4320, 4800, 5280]);
+  assert.equal(client.heightAt(1, 1, 4900).toFixed(6), '0.200000');
+  assert.deepEqual(client.sample(4900).map(({ group, n, values }) => [group, n, values[64].toFixed(6)]), [['displacement', 8, '0.200000']]);
+  FakeSocket.all[0].onclose({ code: 1006, reason: '' });
+  assert.equal(client.connected, false);
+  mock.timers.tick(400);
+  FakeSocket.all[1].say(hello());
+  assert.equal(client.playback, first, 'the same sea in the same layout');
+  assert.deepEqual([client.connected, client.heightAt(1, 1, 4900).toFixed(6)], [true, '0.200000']);
+  client.subscribe({ rate: 30 });
+  assert.notEqual(client.playback, first);
+  assert.equal(client.heightAt(1, 1, 4900).toFixed(6), '0.200000', 'until more has come');
+  FakeSocket.all[1].say(hello({ epoch: '00000000000000ff' }));
+  assert.ok(Number.isNaN(client.heightAt(1, 1, 4900)), 'another sea');
+  assert.deepEqual(heard.filter((kind) => kind === 'playback' || kind === 'hello'), ['playback', 'hello', 'hello', 'playback', 'playback', 'hello']);
+  assert.deepEqual([client.counts.frames, client.counts.used, client.counts.refused], [3, 3, 0]);
+});
+
+test('a handler that asks for something else on hello is not called for ever, and can be taken off', (t) => {
+  const { client } = start(t);
+  let called = 0;
+  const off = client.on('hello', () => {
+    called++;
+    client.subscribe({ level: 1 });
+  });
+  FakeSocket.all[0].say(hello());
+  assert.deepEqual([called, client.playback.plan.units[0].level], [1, 1]);
+  off();
+  FakeSocket.all[0].say(hello({ sequence: 1 }));
+  assert.equal(called, 1);
+});
+
+test('server time is by the page\'s own clock', (t) => {
+  const { client } = start(t);
+  assert.ok(Number.isNaN(client.tick()));
+  const began = Math.round(performance.timeOrigin * 1000);
+  FakeSocket.all[0].ahead = began; // server time is this process's age
+  FakeSocket.all[0].say(hello());
+  const now = performance.now();
+  assert.ok(Math.abs(client.tick(now) / 7.2 - now) < 5, `${client.tick(now) / 7.2} ms, now ${now}`);
+  assert.ok(client.clockBoundMs(now) < 50);
+});
