@@ -55,9 +55,9 @@ fuzz seconds="60":
 autobahn *args:
     .ci/autobahn {{args}}
 
-# The web client's own tests.
+# The web client's own tests, and its types.
 test-web:
-    cd clients/web && SWELLCAST_REQUIRE_VECTORS=1 npm test
+    cd clients/web && SWELLCAST_REQUIRE_VECTORS=1 npm test && npm run check
 
 # The Python client's tests, in an environment of its own.
 test-python:
@@ -67,15 +67,15 @@ test-python:
 test-unity:
     .ci/unity
 
-# One server and every client: the same digests of the same ticks.
+# One server and every client: the same digests of the same ticks, also after the server was killed.
 interop seconds="60":
     .ci/interop {{seconds}}
 
-# The viewer in headless Chromium, against a server started for it.
-browser:
-    .ci/browser
+# The viewer and the three.js example in headless Chromium, against servers started for it; `pace` measures what a page spends.
+browser *args:
+    .ci/browser {{args}}
 
-# The README's picture, made by the browser test.
+# The README's pictures, made by the browser tests.
 picture:
     .ci/browser docs
 

@@ -13,7 +13,7 @@ use swellcast::server::{Ocean, ReplaySettings, Settings};
 use swellcast::tile::{DecodedFrame, SentFrame};
 use swellcast::wire::{Codec, ErrorClass, Group};
 
-use crate::served::{PATIENCE, SMALL, Served};
+use crate::served::{Got, PATIENCE, SMALL, Served, header};
 use crate::support::scene;
 
 /// Ticks that a busy machine may pass over, of more than a hundred.
@@ -175,9 +175,17 @@ async fn changes_come_again_when_they_came() {
     let again = replayed(&path, ReplaySettings::default()).await;
     assert_eq!(again.ocean.current().sequence, 1, "what came before is there at once");
     let mut client = again.client().await;
-    let told = client.text("change").await;
+    let unit = json!({ "cascade": 0, "level": 0, "class": "1mm", "group": "displacement", "codec": "rans" });
+    client.send(&json!({ "type": "subscribe", "id": 1, "rate_hz": 15, "units": [unit] })).await;
+    let told = loop {
+        match client.next().await {
+            Got::Text(text) if text["type"] == "change" => break text,
+            Got::Frame(frame) => assert!((header(&frame).tick as i64) < effective, "it is announced before it acts"),
+            Got::Closed(code) => panic!("closed with {code}"),
+            Got::Text(_) => {}
+        }
+    };
     assert_eq!((&told["sequence"], &told["effective_tick"]), (&json!(2), &json!(effective)), "{told}");
-    assert!(again.ocean.tick() < effective, "it is announced before it acts");
     let log = again.get("/v1/scenes/small/log").await.json();
     assert_eq!(log["changes"][1]["change"]["speed_mps"], 14.0, "{log}");
     again.stop().await;
@@ -257,8 +265,10 @@ async fn a_sea_that_repeats_is_played_again_and_again_without_a_seam() {
     // Six seconds: three rounds.
     let shown = seen(&again, 30, 360).await;
     let ticks: Vec<i64> = shown.keys().filter(|(_, group)| *group == Group::Foam).map(|(tick, _)| *tick).collect();
-    assert!(missing(&ticks[..ticks.len() - 4]) <= SKIPPED, "{ticks:?}");
     let (mut compared, span) = (0, 2 * 7200);
+    // A busy machine may leave its client behind for a while, but a round and more without a gap has a seam within.
+    let whole = ticks.chunk_by(|a, b| b - a == 240).map(|run| run[run.len() - 1] - run[0]).max();
+    assert!(whole > Some(span), "{ticks:?}");
     for ((tick, group), (frame, _)) in &shown {
         if let Some((next, _)) = shown.get(&(tick + span, *group)) {
             assert!(frame.planes == next.planes, "tick {tick}, {group:?}");

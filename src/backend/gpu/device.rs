@@ -9,8 +9,8 @@ use wgpu::{AdapterInfo, Backends, DeviceType, Features, Limits, PollType, Submis
 use super::settings::{GpuError, GpuSettings};
 use crate::backend::BackendError;
 
-/// A device that has not done its work after this long hangs.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// A device that has not done its work after this long hangs; one that a processor plays is slow, and has longer.
+const PATIENCE: [Duration; 2] = [Duration::from_secs(10), Duration::from_secs(120)];
 
 /// An open device, its queue, and the first thing that went wrong with it.
 pub struct Device {
@@ -20,6 +20,7 @@ pub struct Device {
     pub adapter: String,
     /// Whether passes can be timed.
     pub timestamps: bool,
+    patience: Duration,
     fault: Arc<Mutex<Option<String>>>,
 }
 
@@ -61,7 +62,8 @@ impl Device {
         let of_loss = Arc::clone(&fault);
         device.set_device_lost_callback(move |reason, text| note(&of_loss, format!("{reason:?}: {text}")));
         tracing::info!(adapter = name, "{why}");
-        Ok(Self { device, queue, adapter: name, timestamps, fault })
+        let patience = PATIENCE[usize::from(infos[chosen].device_type == DeviceType::Cpu)];
+        Ok(Self { device, queue, adapter: name, timestamps, patience, fault })
     }
 
     /// What went wrong first, if anything did.
@@ -72,7 +74,7 @@ impl Device {
 
     /// Waits until the device has done so much.
     pub fn wait(&self, until: SubmissionIndex) -> Result<(), BackendError> {
-        let wait = PollType::Wait { submission_index: Some(until), timeout: Some(PATIENCE) };
+        let wait = PollType::Wait { submission_index: Some(until), timeout: Some(self.patience) };
         // A driver that reports the loss while it is waited for makes wgpu panic.
         let done = catch_unwind(AssertUnwindSafe(|| self.device.poll(wait)));
         self.check()?;
