@@ -2,6 +2,7 @@
 
 use std::io::{IsTerminal, Write};
 use std::net::SocketAddr;
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use clap::Args;
@@ -42,13 +43,13 @@ impl NetworkArguments {
         TcpListener::bind(self.listen).await.with_context(|| format!("listening at {}", self.listen))
     }
 
-    /// The limits asked for, and the certificate.
+    /// The limits asked for, and the certificate, whose folder is that of the log.
     ///
     /// # Errors
     /// When there is no such certificate.
-    pub fn settings(&self) -> Result<Settings> {
+    pub fn settings(&self, folder: Option<&Path>) -> Result<Settings> {
         Ok(Settings {
-            tls: self.tls.identity()?,
+            tls: self.tls.identity(folder)?,
             allowed_origins: self.allow_origin.clone(),
             egress_mbps: self.egress_mbps,
             ..Settings::for_clients(self.clients as usize)

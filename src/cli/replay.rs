@@ -34,7 +34,7 @@ async fn replay(arguments: ReplayArguments) -> Result<()> {
     let ReplayArguments { file, network, from, repeat } = arguments;
     ensure!((0.0..1e9).contains(&from), "--from is {from}, must be from 0 to 1e9");
     let listener = network.listener().await?;
-    let settings = network.settings()?;
+    let settings = network.settings(None)?;
     let identity = settings.tls.clone();
     network::allow_files(&settings);
     let recording = Recording::open(&file)?;

@@ -79,7 +79,7 @@ async fn serve(arguments: ServeArguments) -> Result<()> {
             ..EngineSettings::default()
         },
         budget_ms: arguments.budget_ms,
-        ..arguments.network.settings()?
+        ..arguments.network.settings(arguments.data.as_deref())?
     };
     let identity = settings.tls.clone();
     network::allow_files(&settings);

@@ -1,7 +1,7 @@
 //! TLS on the command line: which certificate, and how people reach a server that has one.
 
 use std::net::{IpAddr, SocketAddr, UdpSocket};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
@@ -12,7 +12,7 @@ use crate::server::Identity;
 
 #[derive(Debug, Args)]
 pub struct TlsArguments {
-    /// Speak TLS with a certificate made at start: headsets' browsers allow VR over nothing less
+    /// Speak TLS with a certificate of the server's own, kept with --data: headsets' browsers allow VR over nothing less
     #[arg(long, env = "SWELLCAST_TLS", value_enum, conflicts_with_all = ["tls_cert", "tls_key"])]
     tls: Option<Made>,
     /// Speak TLS with this certificate, or chain, in PEM
@@ -30,11 +30,11 @@ enum Made {
 }
 
 impl TlsArguments {
-    /// The certificate that was asked for.
+    /// The certificate that was asked for; one of the server's own is kept in the folder, if there is one.
     ///
     /// # Errors
-    /// When it can't be read or made.
-    pub fn identity(&self) -> Result<Option<Identity>> {
+    /// When it can't be read, made or kept.
+    pub fn identity(&self, folder: Option<&Path>) -> Result<Option<Identity>> {
         if let (Some(certificate), Some(key)) = (&self.tls_cert, &self.tls_key) {
             return Ok(Some(Identity::from_files(certificate, key)?));
         }
@@ -43,7 +43,10 @@ impl TlsArguments {
         }
         let mut names = vec!["localhost".to_owned(), "127.0.0.1".to_owned(), "::1".to_owned()];
         names.extend(lan_address().map(|address| address.to_string()));
-        Ok(Some(Identity::self_signed(names)?))
+        Ok(Some(match folder {
+            Some(folder) => Identity::kept(folder, names)?,
+            None => Identity::self_signed(names)?,
+        }))
     }
 }
 

@@ -1,6 +1,8 @@
-//! Who TLS says the server is: a certificate from files, or one made at start that nobody vouches for.
+//! Who TLS says the server is: a certificate from files, or one of its own that nobody vouches for.
 
 use std::fmt;
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -9,8 +11,11 @@ use thiserror::Error;
 use tokio_rustls::TlsAcceptor;
 use tokio_rustls::rustls::crypto::ring::default_provider;
 use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
-use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
+use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer, PrivatePkcs8KeyDer};
 use tokio_rustls::rustls::{self, ServerConfig};
+
+/// What a folder keeps its own certificate and key in, DER.
+const KEPT: [&str; 2] = ["certificate.der", "certificate-key.der"];
 
 /// A certificate with its key, ready to take connections.
 #[derive(Clone)]
@@ -33,6 +38,14 @@ pub enum IdentityError {
     /// A file holds no certificate.
     #[error("{0} holds no certificate, must hold one or a chain in PEM")]
     Empty(PathBuf),
+    /// A certificate of the server's own can't be kept, or read again.
+    #[error("{path}: {source}")]
+    Kept {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
     /// Certificate and key don't fit each other, or are of a kind that is not known.
     #[error("certificate and key: {0}")]
     Refused(#[from] rustls::Error),
@@ -65,9 +78,32 @@ impl Identity {
     /// [`IdentityError`] for a name that can't stand in a certificate.
     pub fn self_signed(names: Vec<String>) -> Result<Self, IdentityError> {
         let made = rcgen::generate_simple_self_signed(names)?;
-        let key = PrivateKeyDer::try_from(made.signing_key.serialize_der());
-        let key = key.map_err(|why| rustls::Error::General(why.to_owned()))?;
-        Self::new(vec![made.cert.der().clone()], key)
+        Self::of_der(made.cert.der().to_vec(), made.signing_key.serialize_der())
+    }
+
+    /// The same, kept in a folder: headsets that were told to go on know it again after a restart. Its names are those that
+    /// it was made with; to have another one made, its files are removed.
+    ///
+    /// # Errors
+    /// [`IdentityError`], also for a folder that can't be written to.
+    pub fn kept(folder: &Path, names: Vec<String>) -> Result<Self, IdentityError> {
+        let [certificate, key] = KEPT.map(|name| folder.join(name));
+        let failed = |path: &Path| {
+            let path = path.to_owned();
+            move |source| IdentityError::Kept { path, source }
+        };
+        if !certificate.exists() {
+            let made = rcgen::generate_simple_self_signed(names)?;
+            // The key first: where there is a certificate, there is all of it.
+            write_secret(&key, &made.signing_key.serialize_der()).map_err(failed(&key))?;
+            fs::write(&certificate, made.cert.der()).map_err(failed(&certificate))?;
+        }
+        let read = |path: &Path| fs::read(path).map_err(failed(path));
+        Self::of_der(read(&certificate)?, read(&key)?)
+    }
+
+    fn of_der(certificate: Vec<u8>, key: Vec<u8>) -> Result<Self, IdentityError> {
+        Self::new(vec![certificate.into()], PrivatePkcs8KeyDer::from(key).into())
     }
 
     fn new(chain: Vec<CertificateDer<'static>>, key: PrivateKeyDer<'static>) -> Result<Self, IdentityError> {
@@ -93,6 +129,15 @@ impl Identity {
     pub(super) fn acceptor(&self) -> TlsAcceptor {
         self.acceptor.clone()
     }
+}
+
+/// Writes what nobody else may read.
+fn write_secret(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut options = OpenOptions::new();
+    options.write(true).create(true).truncate(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options.open(path)?.write_all(bytes)
 }
 
 impl fmt::Debug for Identity {

@@ -112,3 +112,18 @@ fn a_certificate_comes_from_files_too_and_says_what_is_wrong_with_them() {
         assert!(error.contains(named), "{error}");
     }
 }
+
+#[test]
+fn a_certificate_that_is_kept_is_the_same_after_a_restart() {
+    let folder = tempfile::tempdir().unwrap();
+    let kept = || Identity::kept(folder.path(), vec!["localhost".to_owned()]);
+    let first = kept().unwrap();
+    assert_eq!(kept().unwrap().fingerprint(), first.fingerprint());
+    let key = folder.path().join("certificate-key.der");
+    #[cfg(unix)]
+    assert_eq!(std::os::unix::fs::PermissionsExt::mode(&key.metadata().unwrap().permissions()) & 0o777, 0o600);
+    std::fs::write(&key, b"no key").unwrap();
+    assert!(kept().unwrap_err().to_string().contains("certificate and key"));
+    std::fs::remove_file(folder.path().join("certificate.der")).unwrap();
+    assert_ne!(kept().unwrap().fingerprint(), first.fingerprint(), "another is made where there is none");
+}
