@@ -86,7 +86,9 @@ export class Fields {
     this.playback = playback;
     this.patches = playback.cascades.map((c) => c.patch_m);
     this.longest = playback.cascades.map((c) => c.wavelength_max_m);
-    this.size = Math.max(8, ...playback.all().map((unit) => unit.size));
+    // What is held now may be coarser than what comes, or finer.
+    const granted = playback.plan.units.map(({ cascade, level }) => (playback.cascades.find(({ index }) => index === cascade)?.n ?? 0) >>> level);
+    this.size = Math.max(8, ...granted, ...playback.all().map((unit) => unit.size));
     this.tick = NaN;
     this.nextAhead = 0;
 
@@ -105,7 +107,8 @@ export class Fields {
       return frame;
     });
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    this.pass = makeProgram(gl, 'resolve', COVER_VERTEX, RESOLVE);
+    // Another subscription has other textures, and the same program: compiling it would hold up a picture.
+    this.pass = gpu.resolve ??= makeProgram(gl, 'resolve', COVER_VERTEX, RESOLVE);
     this.slots = new Int32Array(16);
     this.weights = new Float32Array(4 * CHANNELS);
     this.coarser = new Int32Array(4);
@@ -159,7 +162,6 @@ export class Fields {
     this.empty.dispose();
     for (const t of [this.displacement, this.gradient, this.moment, this.shear]) gl.deleteTexture(t);
     for (const f of this.targets) gl.deleteFramebuffer(f);
-    gl.deleteProgram(this.pass.program);
   }
 
   /** @param {number} layer @param {number[]} crestwise */

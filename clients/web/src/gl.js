@@ -6,6 +6,7 @@
  * @property {boolean} float32 RGBA32F can be drawn to and filtered; else half floats stand in
  * @property {number} anisotropy largest, 1 when there is none
  * @property {number | null} anisotropyName
+ * @property {ReturnType<typeof makeProgram>} [resolve] what `Fields` draws with, once there is one
  */
 
 /**

@@ -126,8 +126,8 @@ test('lost again and again: waits grow', (t) => {
   }
   assert.equal(FakeSocket.all.length, 7);
   FakeSocket.all.at(-1).onclose({ code: 1006, reason: '' });
-  pass(2500);
-  assert.equal(FakeSocket.all.length, 7, 'no sooner than 3 s by now');
+  pass(2200);
+  assert.equal(FakeSocket.all.length, 7, 'no sooner than 2.25 s by now');
 });
 
 test('a silent server is left', (t) => {
