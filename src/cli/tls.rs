@@ -12,7 +12,8 @@ use crate::server::Identity;
 
 #[derive(Debug, Args)]
 pub struct TlsArguments {
-    /// Speak TLS with a certificate of the server's own, kept with --data: headsets' browsers allow VR over nothing less
+    /// Speak TLS with a certificate of the server's own: headsets' browsers allow VR over nothing less. With `serve --data`
+    /// it is kept there; its files are removed to have another one made, for another address say
     #[arg(long, env = "SWELLCAST_TLS", value_enum, conflicts_with_all = ["tls_cert", "tls_key"])]
     tls: Option<Made>,
     /// Speak TLS with this certificate, or chain, in PEM

@@ -46,6 +46,14 @@ pub enum IdentityError {
         /// Why.
         source: io::Error,
     },
+    /// What is kept is no certificate with its key.
+    #[error("{why}; remove {files} in {folder}, and another is made", files = KEPT.join(" and "))]
+    Spoilt {
+        /// Where.
+        folder: PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
     /// Certificate and key don't fit each other, or are of a kind that is not known.
     #[error("certificate and key: {0}")]
     Refused(#[from] rustls::Error),
@@ -94,12 +102,15 @@ impl Identity {
         };
         if !certificate.exists() {
             let made = rcgen::generate_simple_self_signed(names)?;
-            // The key first: where there is a certificate, there is all of it.
+            // The key first, the certificate whole: where there is a certificate, there is all of it.
             write_secret(&key, &made.signing_key.serialize_der()).map_err(failed(&key))?;
-            fs::write(&certificate, made.cert.der()).map_err(failed(&certificate))?;
+            let beside = certificate.with_extension("new");
+            fs::write(&beside, made.cert.der()).map_err(failed(&beside))?;
+            fs::rename(&beside, &certificate).map_err(failed(&certificate))?;
         }
         let read = |path: &Path| fs::read(path).map_err(failed(path));
-        Self::of_der(read(&certificate)?, read(&key)?)
+        let kept = Self::of_der(read(&certificate)?, read(&key)?);
+        kept.map_err(|why| IdentityError::Spoilt { folder: folder.to_owned(), why: why.to_string() })
     }
 
     fn of_der(certificate: Vec<u8>, key: Vec<u8>) -> Result<Self, IdentityError> {

@@ -2,6 +2,7 @@
 
 import { Clock } from './clock.js';
 import { Connection } from './connection.js';
+import { GROUPS } from './frame.js';
 import { TICKS_PER_SECOND } from './messages.js';
 import { Playback } from './playback.js';
 
@@ -28,12 +29,24 @@ const USUAL = { rate: 15, level: 0, class: '1mm', codec: 'rans' };
  * Follows the sea of a server. Comes back by itself when the connection is lost, and asks for the same again.
  * @param {string | URL} url of the server, or of a stream of it: http:, https:, ws: or wss:
  * @param {Partial<Wish>} wish
- * @param {{worker?: boolean}} options `worker: false`: decode in this thread
+ * @param {{worker?: boolean | Worker}} options `false`: decode in this thread; a worker of `@swellcast/client/worker`
+ *   where a bundler doesn't find it by itself
  * @returns {Client}
- * @throws {TypeError} an address that is none
+ * @throws {TypeError} an address that is none, a group that is not known
  */
 export function connect(url, wish = {}, { worker = typeof Worker !== 'undefined' } = {}) {
-  return new Client(streamOf(url), { ...USUAL, ...wish }, worker);
+  return new Client(streamOf(url), known({ ...USUAL, ...wish }), worker);
+}
+
+/**
+ * @param {Wish} wish
+ * @returns {Wish}
+ * @throws {TypeError}
+ */
+function known(wish) {
+  const strange = wish.groups?.find((group) => !GROUPS.includes(group));
+  if (strange !== undefined) throw new TypeError(`groups has ${strange}, must be of ${GROUPS.join(', ')}`);
+  return wish;
 }
 
 export class Client {
@@ -48,9 +61,9 @@ export class Client {
   /**
    * @param {string} url of the stream
    * @param {Wish} wish
-   * @param {boolean} threaded
+   * @param {boolean | Worker} worker
    */
-  constructor(url, wish, threaded) {
+  constructor(url, wish, worker) {
     this.url = url;
     this.wish = wish;
     this.connected = false;
@@ -65,9 +78,10 @@ export class Client {
     /** @type {Playback | null} */
     this.playback = null;
     this.counts = { frames: 0, used: 0, refused: 0, bytes: 0, decodeMs: NaN, lastError: '' };
-    if (threaded) {
-      this.#worker = new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+    if (worker) {
+      this.#worker = worker === true ? new Worker(new URL('./worker.js', import.meta.url), { type: 'module' }) : worker;
       this.#worker.onmessage = ({ data }) => this.#hear(data);
+      this.#worker.onerror = ({ message }) => this.#hear({ kind: 'state', args: [false, message || 'the worker does not start'] });
       this.#post({ kind: 'open', url, wish });
     } else {
       /** @type {import('./connection.js').Listener} */
@@ -101,9 +115,10 @@ export class Client {
   /**
    * Asks for something else: what is held is shown until that has come.
    * @param {Partial<Wish>} wish what is not named stays
+   * @throws {TypeError} a group that is not known
    */
   subscribe(wish) {
-    this.wish = { ...this.wish, ...wish };
+    this.wish = known({ ...this.wish, ...wish });
     this.#connection?.subscribe(this.wish);
     this.#post({ kind: 'subscribe', wish: this.wish });
   }
@@ -121,7 +136,9 @@ export class Client {
   close() {
     this.#connection?.close();
     this.#post({ kind: 'close' });
+    if (this.#worker) this.#worker.onmessage = null;
     this.#worker = null; // it ends by itself once the socket is closed
+    this.connected = false;
     this.playback?.dispose();
   }
 
@@ -150,7 +167,8 @@ export class Client {
   }
 
   /**
-   * The height of the water above a place of the world at a moment, or now: see `Playback.heightAt`.
+   * The height of the water above a place of the world at a moment, or now: see `Playback.heightAt`. Frames reach about
+   * a quarter of a second ahead.
    * @param {number} x metres to the east
    * @param {number} z metres to the south
    * @param {number} tick
@@ -159,7 +177,7 @@ export class Client {
   heightAt(x, z, tick = this.tick()) {
     if (!this.playback || !Number.isFinite(tick)) return NaN;
     if (this.playback.tick !== tick) this.playback.seek(tick);
-    return this.playback.complete ? this.playback.heightAt(x, z) : NaN;
+    return this.playback.heightAt(x, z);
   }
 
   /** @param {import('./worker.js').Request} request */
@@ -245,9 +263,11 @@ export class Client {
  * The stream of a server.
  * @param {string | URL} url
  * @returns {string}
+ * @throws {TypeError} what is no address, or of another protocol
  */
 export function streamOf(url) {
   const stream = new URL(url);
+  if (!/^(https?|wss?):$/.test(stream.protocol)) throw new TypeError(`url is ${url}, must begin with http:, https:, ws: or wss:`);
   if (!stream.pathname.endsWith('/v1/stream')) stream.pathname = `${stream.pathname.replace(/\/$/, '')}/v1/stream`;
   stream.protocol = /^(https|wss):$/.test(stream.protocol) ? 'wss:' : 'ws:';
   stream.search = stream.hash = '';

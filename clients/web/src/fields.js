@@ -71,6 +71,14 @@ void main() {
   oMoment = vec4(slope * slope, slope.x * slope.y, foam(p));
 }`;
 
+/**
+ * Mean square slope of the whole sea, both ways together (Cox & Munk 1954; wind at 12.5 m taken as that at 10 m).
+ * @param {number | null} windMps null where the sea is not wind-driven
+ */
+export function meanSquareSlope(windMps) {
+  return windMps === null ? 0 : 0.003 + 5.12e-3 * windMps;
+}
+
 export class Fields {
   /**
    * @param {import('./gl.js').Gpu} gpu
@@ -154,6 +162,20 @@ export class Fields {
       const unit = all[this.nextAhead++ % all.length];
       if (FrameTexture.of(gl, unit).uploadAhead(tick)) most--;
     }
+  }
+
+  /**
+   * Where a place of the world lies in a layer's textures: u, v, patches a metre, samples a metre.
+   * @param {number} layer
+   * @param {number} x metres
+   * @param {number} z
+   * @returns {[number, number, number, number]}
+   */
+  placeOf(layer, x, z) {
+    const each = 1 / this.patches[layer];
+    // Sample (0, 0) stands for the origin and lies in the middle of its texel.
+    const at = (/** @type {number} */ v) => v * each - Math.floor(v * each) + 0.5 / this.size;
+    return [at(x), at(z), each, this.size * each];
   }
 
   /** Lets go of the textures; the playback's frames, and what of them lies on the GPU, stay. */

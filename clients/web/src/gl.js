@@ -17,6 +17,7 @@
 export function openGpu(canvas, low) {
   const gl = canvas.getContext('webgl2', {
     alpha: false, antialias: !low, depth: true, powerPreference: 'high-performance',
+    xrCompatible: true, // moving to a headset's GPU later would lose it
   });
   if (!gl) throw new Error('this browser has no WebGL2');
   return gpuOf(gl, low);

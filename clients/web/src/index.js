@@ -21,7 +21,7 @@ export { Client, connect } from './client.js';
 export { Clock } from './clock.js';
 export { Connection } from './connection.js';
 export { Decoder, decodeFrame } from './decode.js';
-export { Fields } from './fields.js';
+export { Fields, meanSquareSlope } from './fields.js';
 export { CLASSES, CODECS, FrameError, GROUPS } from './frame.js';
 export { gpuOf } from './gl.js';
 export { TICKS_PER_SECOND } from './messages.js';

@@ -47,7 +47,10 @@ export class Playback {
       if (layer === undefined || group < 0) continue;
       const interval = TICKS_PER_SECOND / (u.rate_hz ?? plan.rateHz);
       this.granted[layer][group] = { level: u.level, interval };
-      this.units[layer][group] = before?.take(this.cascades[layer], group) ?? this.#unit(layer, group, u.level);
+      const held = before?.take(this.cascades[layer], group);
+      this.units[layer][group] = held?.unit ?? this.#unit(layer, group, u.level);
+      if (held?.next?.level === u.level && held.next.ring.interval <= interval) this.coming[layer][group] = held.next;
+      else held?.next?.dispose();
     }
     /** Everything that is subscribed was there once, foam aside; a cascade that is added then begins as nothing. */
     this.complete = before?.complete ?? false;
@@ -69,6 +72,7 @@ export class Playback {
     const unit = layer === undefined ? null : this.units[layer][group];
     if (layer === undefined || !unit) return false;
     const granted = this.granted[layer][group];
+    this.tick = NaN; // what was chosen for a moment may lie elsewhere now
     /** @type {(held: Unit | null) => boolean} */
     const fits = (held) => held !== null && held.level === level && held.ring.interval <= granted.interval;
     if (fits(unit)) return unit.accept(frame);
@@ -95,18 +99,19 @@ export class Playback {
   }
 
   /**
-   * Gives away a unit of a cascade that goes on, with its frames; it may be of another level or rate than will come.
+   * Gives away a unit of a cascade that goes on, with its frames, and the one that is coming in its place; they may be of
+   * another level or rate than will come.
    * @param {Cascade} cascade
    * @param {number} group
-   * @returns {Unit | null}
    */
   take(cascade, group) {
     const layer = this.layers.get(cascade.index);
     if (layer === undefined) return null;
-    const unit = this.units[layer][group];
-    const same = this.cascades[layer].from_tick === cascade.from_tick && this.cascades[layer].n === cascade.n;
-    if (same) this.units[layer][group] = null;
-    return same ? unit : null;
+    const { from_tick: from, n } = this.cascades[layer];
+    if (from !== cascade.from_tick || n !== cascade.n) return null;
+    const unit = this.units[layer][group], next = this.coming[layer][group];
+    this.units[layer][group] = this.coming[layer][group] = null;
+    return { unit, next };
   }
 
   /**
@@ -155,9 +160,11 @@ export class Playback {
    * found by three steps of fixed-point iteration, bilinear between samples.
    * @param {number} x metres
    * @param {number} z
-   * @returns {number} metres above the rest surface, 0 where nothing is known
+   * @returns {number} metres above the rest surface; NaN before there is displacement of every cascade once
    */
   heightAt(x, z) {
+    const known = this.active.some((layer) => this.units[layer][DISPLACEMENT]?.pick.points);
+    if (!this.complete || !known) return NaN;
     let [dx, height, dz] = this.displacementAt(x, z);
     for (let round = 0; round < ROUNDS; round++) [dx, height, dz] = this.displacementAt(x - dx, z - dz);
     return height;
@@ -221,7 +228,8 @@ export class Playback {
         if (cascade.until_tick === null) lasting = layer; else ending = layer;
         return;
       }
-      const over = tick >= cascade.from_tick;
+      // Not at once, lest a look ahead of the moment that is shown takes it away.
+      const over = cascade.until_tick !== null && tick >= cascade.until_tick + TICKS_PER_SECOND;
       for (const held of [this.units, this.coming]) {
         held[layer].forEach((unit, group) => {
           if (unit) unit.pick.points = 0;

@@ -4,44 +4,13 @@ import assert from 'node:assert/strict';
 import test, { mock } from 'node:test';
 import { connect, streamOf } from '../src/client.js';
 import { makeFrame } from './frames.js';
-
-class FakeSocket {
-  static OPEN = 1;
-
-  static all = [];
-
-  constructor(url) {
-    Object.assign(this, { url, readyState: 1, sent: [] });
-    FakeSocket.all.push(this);
-  }
-
-  send(text) {
-    const message = JSON.parse(text);
-    this.sent.push(message);
-    // A server whose clock began with this process's.
-    const t = Math.round((performance.timeOrigin + performance.now()) * 1000) - this.ahead;
-    if (message.type === 'time' && this.ahead !== undefined) this.say({ type: 'time', t0: message.t0, t1_us: t, t2_us: t });
-  }
-
-  close() {}
-
-  say(message) { this.onmessage({ data: message instanceof ArrayBuffer ? message : JSON.stringify(message) }); }
-}
-
-const EPOCH = 'ab54a98ceb1f0ad2'; // that of makeFrame
-const CASCADE = { index: 1, patch_m: 64, n: 8, levels: 2, wavelength_min_m: 1, wavelength_max_m: 9, from_tick: 0, until_tick: null };
-const hello = (over = {}) => ({
-  type: 'hello', protocol: 1, server: 's', scene: 'default', epoch: EPOCH, ticks_per_second: 7200, tick: 1, lead_ticks: 1680, sequence: 0,
-  layout: { generation: 1, cascades: [CASCADE] }, rates_hz: [15, 30], classes: [{ name: '1mm' }],
-  groups: [{ name: 'displacement', channels: ['dx', 'height', 'dz'] }], limits: { units: 8 }, ...over,
-});
+import { FakeSocket, hello, useFakeSockets } from './sockets.js';
 
 function start(t) {
   mock.timers.enable({ apis: ['setTimeout', 'setInterval'] });
   t.after(() => mock.timers.reset());
-  FakeSocket.all.length = 0;
-  globalThis.WebSocket = FakeSocket;
-  const client = connect('http://sea.example:8080/', {}, { worker: false }), heard = [];
+  useFakeSockets();
+  const client = connect('http://sea.example:8080/', { groups: ['displacement'] }, { worker: false }), heard = [];
   t.after(() => client.close());
   for (const kind of ['hello', 'playback', 'state', 'frame', 'message']) client.on(kind, () => heard.push(kind));
   const send = (ticks, count = 100) => ticks.forEach((tick) => {
@@ -54,7 +23,7 @@ test('the stream of a server', () => {
   assert.equal(streamOf('http://h:8080'), 'ws://h:8080/v1/stream');
   assert.equal(streamOf('https://h/sea/?eye=1#x'), 'wss://h/sea/v1/stream');
   assert.equal(streamOf('wss://h/v1/stream'), 'wss://h/v1/stream');
-  assert.throws(() => streamOf('h'), TypeError);
+  for (const wrong of ['h', 'localhost:8080', 'ftp://h']) assert.throws(() => streamOf(wrong), TypeError, wrong);
 });
 
 test('what is held stays over a loss and another subscription, and goes with another sea', (t) => {
@@ -94,11 +63,27 @@ test('a handler that asks for something else on hello is not called for ever, an
   assert.equal(called, 1);
 });
 
+test('a group that is not known is refused by name', (t) => {
+  const { client } = start(t);
+  const wrong = { groups: ['displacment'] };
+  assert.throws(() => connect('http://h', wrong, { worker: false }), /groups has displacment/);
+  assert.throws(() => client.subscribe(wrong), /groups has displacment/);
+});
+
+test('a worker that does not start is told of', () => {
+  const heard = [], worker = { postMessage() {} };
+  const client = connect('http://h', {}, { worker });
+  client.on('state', (state) => heard.push(state));
+  worker.onerror({ message: '' });
+  assert.deepEqual(heard, [{ connected: false, detail: 'the worker does not start' }]);
+  client.close();
+  assert.equal(worker.onmessage, null);
+});
+
 test('server time is by the page\'s own clock', (t) => {
   const { client } = start(t);
   assert.ok(Number.isNaN(client.tick()));
-  const began = Math.round(performance.timeOrigin * 1000);
-  FakeSocket.all[0].ahead = began; // server time is this process's age
+  FakeSocket.all[0].began = Math.round(performance.timeOrigin * 1000); // server time is this process's age
   FakeSocket.all[0].say(hello());
   const now = performance.now();
   assert.ok(Math.abs(client.tick(now) / 7.2 - now) < 5, `${client.tick(now) / 7.2} ms, now ${now}`);

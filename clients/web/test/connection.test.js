@@ -5,38 +5,12 @@ import test, { mock } from 'node:test';
 import { Connection } from '../src/connection.js';
 import { ransPlane } from './codec.js';
 import { makeFrame } from './frames.js';
-
-class FakeSocket {
-  static OPEN = 1;
-
-  static all = [];
-
-  constructor(url, protocol) {
-    Object.assign(this, { url, protocol, readyState: 1, sent: [], closed: false });
-    FakeSocket.all.push(this);
-  }
-
-  send(text) { this.sent.push(JSON.parse(text)); }
-
-  close() { this.closed = true; }
-
-  say(data) { this.onmessage({ data: typeof data === 'object' && !(data instanceof ArrayBuffer) ? JSON.stringify(data) : data }); }
-}
-
-const EPOCH = 'ab54a98ceb1f0ad2'; // that of makeFrame
-const CASCADE = { index: 1, patch_m: 9, n: 8, levels: 1, wavelength_min_m: 1, wavelength_max_m: 9, from_tick: 0, until_tick: null };
-const hello = (epoch = EPOCH, generation = 1) => ({
-  type: 'hello', protocol: 1, server: 's', scene: 'default', epoch, ticks_per_second: 7200, tick: 1, lead_ticks: 1680,
-  sequence: 0, layout: { generation, cascades: [CASCADE] },
-  rates_hz: [15], classes: [{ name: '1mm' }],
-  groups: ['displacement', 'slopes', 'derivatives', 'foam'].map((name) => ({ name, channels: [] })), limits: { units: 8 },
-});
+import { CASCADE, FakeSocket, hello, useFakeSockets } from './sockets.js';
 
 function start(t) {
   mock.timers.enable({ apis: ['setTimeout', 'setInterval'] });
   t.after(() => mock.timers.reset());
-  FakeSocket.all.length = 0;
-  globalThis.WebSocket = FakeSocket;
+  useFakeSockets();
   const heard = [];
   const note = (name) => (...args) => heard.push([name, ...args]);
   let now = 0;
@@ -93,7 +67,7 @@ test('frames of another sea are ignored', (t) => {
   pass(1000);
   const [, second, ...more] = FakeSocket.all;
   assert.deepEqual(more, []);
-  second.say(hello('0000000000000007'));
+  second.say(hello({ epoch: '0000000000000007' }));
   second.say(makeFrame());
   second.say(makeFrame({ epoch: 7n }));
   assert.deepEqual(names().slice(3), ['state', 'hello', 'state', 'frame']);
@@ -105,7 +79,7 @@ test('a further hello: it subscribes to old and new, and takes frames of each at
   socket.say(hello());
   pass(100);
   const sent = socket.sent.length;
-  const changing = hello(EPOCH, 2);
+  const changing = hello({ layout: { generation: 2, cascades: [CASCADE] } });
   changing.layout.cascades = [{ ...CASCADE, until_tick: 72_000 }, { ...CASCADE, index: 8, from_tick: 36_000 }];
   socket.say(changing);
   assert.deepEqual(socket.sent.slice(sent).map((m) => m.type), ['subscribe'], 'time goes on as it did');

@@ -67,8 +67,10 @@ test('a cascade counts at its own ticks alone, and is let go of at its end', () 
   assert.equal(look(playback, 4700), 200, 'also for a clock that was set back');
   assert.equal(look(playback, 9700), 100);
   assert.deepEqual([playback.active, playback.finest], [[1], 1]);
-  assert.equal(playback.disposed, 3, 'what ended costs nothing');
   assert.equal(playback.ahead(9700), 380, 'what ended is not behind');
+  assert.equal(look(playback, 5300), 300, 'who looked ahead finds the present as it was');
+  playback.seek(9600 + 7200);
+  assert.equal(playback.disposed, 3, 'what ended costs nothing');
 });
 
 test('the end of a cascade is no starvation', () => {
@@ -84,7 +86,7 @@ test('another cascade of the same number is another', () => {
   const first = held([CASCADE]);
   feed(first, 0, [4800], 100);
   const next = held([{ ...CASCADE, from_tick: 4800 }], first);
-  assert.equal(look(next, 4800), 0);
+  assert.ok(Number.isNaN(look(next, 4800)));
 });
 
 const WIDE = { ...CASCADE, n: 16, levels: 2 };
@@ -140,4 +142,30 @@ test('another level or rate is asked for: what is held is shown until the new fr
   const slow = held([WIDE], fast, asking(1, 15));
   send(slow, 1, [3360, 3840], 50);
   assert.deepEqual([look(slow, 3500), slow.starved, slow.units[0][0].ring.interval], [100, false, 240]);
+});
+
+test('what is coming stays over a further hello, too', () => {
+  const first = held([WIDE]);
+  send(first, 1, [480, 960], 50);
+  first.seek(500);
+  send(first, 0, [1440, 1920], 70);
+  const next = held([WIDE], first);
+  assert.deepEqual([look(next, 1000), next.levels()], [100, [1]]);
+  assert.deepEqual([look(next, 1500), next.levels()], [140, [0]], 'without a frame more');
+});
+
+test('without displacement there is no height, rather than none', () => {
+  const slopes = { rateHz: 15, units: [{ cascade: 0, level: 0, class: '1mm', group: 'slopes' }] };
+  const playback = held([CASCADE], null, slopes);
+  for (const tick of [480, 960]) playback.accept(decodeFrame(makeFrame({ cascade: 0, group: 1, tick, value: () => 0 })));
+  playback.seek(500);
+  assert.deepEqual([playback.complete, playback.heightAt(0, 0)], [true, NaN]);
+});
+
+test('a moment is chosen anew once more frames have come', () => {
+  const playback = held([WIDE]);
+  send(playback, 0, [480], 100);
+  assert.equal(look(playback, 500), 200);
+  send(playback, 0, [960], 300);
+  assert.ok(Number.isNaN(playback.tick));
 });

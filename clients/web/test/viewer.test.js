@@ -56,10 +56,10 @@ test('the water lifts an eye at once, and lets it down gently', () => {
 });
 
 /** Seconds of pictures at 90 Hz that cost so much; the steps that are taken. */
-function steps(quality, seconds, costMs, intervalMs = 1000 / 90) {
+function steps(quality, seconds, costMs, intervalMs = 1000 / 90, whole = false) {
   const taken = [];
   for (let ms = 0; ms < seconds * 1000; ms += intervalMs) {
-    const step = quality.picture(intervalMs, costMs, 1000 / 90);
+    const step = quality.picture(intervalMs, costMs, 1000 / 90, whole);
     if (step) taken.push(step);
   }
   return taken;
@@ -72,6 +72,7 @@ test('quality gives way in layers, then levels, then in the mesh, before anythin
   const quality = new Quality(all);
   assert.deepEqual(steps(quality, 5, 6), [], 'half of the time: neither');
   assert.equal(steps(quality, 3.1, 9.5).length, 3, 'above three quarters: one step a second');
+  assert.equal(steps(quality, 2.1, 6, 22, true).length, 0, 'dropped by somebody else: the cost is known');
   assert.equal(steps(quality, 2.1, 6, 22).length, 2, 'dropped pictures alone');
   assert.equal(steps(quality, 60, 9.5).length, 0, 'and no further than the last');
 });
@@ -93,9 +94,16 @@ test('what was given up comes back when there is time, later each time that it w
 
 test('pictures that the display could have had are counted', () => {
   const pace = new Pace();
-  for (let i = 0; i < 120; i++) pace.picture(1000 / 72, 3, 1, undefined);
+  for (let i = 0; i < 120; i++) pace.picture(1000 / 72, 9, undefined);
   near(pace.targetMs, 1000 / 72, 1e-6);
   assert.equal(pace.dropped, 0);
-  pace.picture(3 * 1000 / 72, 3, 1, undefined);
+  pace.picture(3 * 1000 / 72, 9, undefined);
   assert.equal(pace.dropped, 2);
+  const slow = new Pace(), kept = new Pace();
+  for (let i = 0; i < 60; i++) {
+    slow.picture(1000 / 30, 3, undefined);
+    kept.picture(1000 / 30, 20, undefined);
+  }
+  near(slow.targetMs, 1000 / 30, 1e-6); // a display of 30 Hz
+  near(kept.targetMs, 1000 / 45, 1e-6); // a display that is kept waiting
 });

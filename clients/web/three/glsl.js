@@ -159,6 +159,7 @@ varying vec3 vAway;
 void main() {
   vAway = position;
   gl_Position = projectionMatrix * vec4(mat3(viewMatrix) * position, 1.0);
+  gl_Position.z = 0.0; // whatever the near plane is
 }`;
 
 export const SKY_FRAGMENT = `

@@ -1,7 +1,7 @@
 // The sea in a scene of three.js: a mesh about the camera, displaced and lit by the textures of `Fields`, and its sky.
 
 import * as THREE from 'three';
-import { Fields } from '../src/fields.js';
+import { Fields, meanSquareSlope } from '../src/fields.js';
 import { gpuOf } from '../src/gl.js';
 import { MOST_CASCADES } from '../src/playback.js';
 import { SEA_FRAGMENT, SEA_VERTEX, SKY_FRAGMENT, SKY_VERTEX } from './glsl.js';
@@ -22,7 +22,7 @@ export class Sea extends THREE.Mesh {
   #fields = null;
   /** The context was lost, and with it all textures. */
   #lost = () => {
-    this.#fields?.playback.all().forEach((unit) => { unit.attached = null; });
+    this.#all().forEach((unit) => { unit.attached = null; });
     this.#fields = null;
     this.gpu = gpuOf(this.gpu.gl, this.low);
   };
@@ -34,6 +34,8 @@ export class Sea extends THREE.Mesh {
    *   of the rings that it is made of, a multiple of 8, at least 48; finest cell, metres, a power of two; spare a weak GPU
    */
   constructor(client, renderer, { size = 40_000, low = false, segments = low ? 48 : 96, finest = 0.25 } = {}) {
+    if (segments % 8 !== 0 || segments < 48) throw new RangeError(`segments is ${segments}, must be a multiple of 8, at least 48`);
+    if (!Number.isInteger(Math.log2(finest))) throw new RangeError(`finest is ${finest}, must be a power of two`);
     const rings = Math.max(1, Math.ceil(Math.log2(2 * WAVES_M / segments / finest)) + 1);
     const texture = () => ({ value: new THREE.ExternalTexture() });
     const uniforms = {
@@ -115,10 +117,16 @@ export class Sea extends THREE.Mesh {
   dispose() {
     this.renderer.domElement.removeEventListener('webglcontextrestored', this.#lost);
     this.#fields?.dispose();
-    this.#fields?.playback.all().forEach((unit) => unit.dispose());
+    this.#all().forEach((unit) => unit.dispose());
+    this.gpu.gl.deleteProgram(this.gpu.resolve?.program ?? null);
     this.#fields = null;
     this.geometry.dispose();
     this.material.dispose();
+  }
+
+  /** Units with textures: of what is drawn, and of what is held by now. */
+  #all() {
+    return [...this.#fields?.playback.all() ?? [], ...this.client.playback?.all() ?? []];
   }
 
   /**
@@ -138,21 +146,19 @@ export class Sea extends THREE.Mesh {
   }
 
   /** @param {Fields} fields @param {THREE.Camera} camera */
-  #place({ playback, size, patches, longest }, camera) {
-    const { uniforms: u } = this.material, { status } = this.client, eye = EYE.setFromMatrixPosition(camera.matrixWorld);
+  #place(fields, camera) {
+    const { playback, longest } = fields, { uniforms: u } = this.material, { status } = this.client, eye = EYE.setFromMatrixPosition(camera.matrixWorld);
     this.position.x = Math.floor(eye.x / this.step) * this.step;
     this.position.z = Math.floor(eye.z / this.step) * this.step;
     u.uEye.value.set(eye.x - this.position.x, eye.z - this.position.z);
     u.uCount.value = playback.active.length;
     playback.active.forEach((layer, i) => {
-      const each = 1 / patches[layer], middle = 0.5 / size; // sample (0, 0) lies in the middle of its texel
-      const at = (/** @type {number} */ x) => x * each - Math.floor(x * each) + middle;
       u.uLayer.value[i] = layer;
       u.uLongest.value[i] = longest[layer];
-      u.uPatch.value.set([at(this.position.x), at(this.position.z), each, size * each], i * 4);
+      u.uPatch.value.set(fields.placeOf(layer, this.position.x, this.position.z), i * 4);
     });
     u.uHs.value = Math.max(0.5, status?.hs_m ?? 2);
-    u.uSlopes.value = status?.wind ? 0.003 + 5.12e-3 * status.wind.speed_mps : 0; // Cox & Munk 1954
+    u.uSlopes.value = meanSquareSlope(status?.wind?.speed_mps ?? null);
   }
 }
 
@@ -166,6 +172,11 @@ export class Sky extends THREE.Mesh {
     }));
     this.frustumCulled = false;
     this.renderOrder = -1;
+  }
+
+  dispose() {
+    this.geometry.dispose();
+    this.material.dispose();
   }
 }
 

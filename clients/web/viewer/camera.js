@@ -64,7 +64,7 @@ export class Camera {
       this.eye[1] = Math.max(0.5, Math.min(3000, this.eye[1] * Math.exp(e.deltaY * 0.001)));
     }, { passive: false });
     addEventListener('keydown', (e) => {
-      if (e.target instanceof HTMLInputElement || e.ctrlKey || e.metaKey || e.altKey) return;
+      if (e.target.closest?.('input, select, button') || e.ctrlKey || e.metaKey || e.altKey) return;
       this.keys.add(e.code);
     });
     addEventListener('keyup', (e) => this.keys.delete(e.code));

@@ -10,6 +10,11 @@ export class GpuTime {
     this.ms = 0; // of the last picture that is known
   }
 
+  /** Whether it is known at all. */
+  get known() {
+    return this.extension !== null;
+  }
+
   begin() {
     const { gl, extension } = this;
     if (!extension) return;

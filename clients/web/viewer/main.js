@@ -57,7 +57,14 @@ swellcast.renderer = renderer;
 
 camera.attach(canvas);
 if (!options.still) panel.show();
-document.addEventListener('visibilitychange', () => client.pause(document.hidden && !swellcast.immersion));
+let last = NaN; // when the picture before was
+
+/** No frames for a page that nobody sees; and what passes meanwhile is no measure of anything. */
+function rest() {
+  client.pause(document.hidden && !swellcast.immersion);
+  last = NaN;
+}
+document.addEventListener('visibilitychange', rest);
 
 let quality = null;
 client.on('hello', (hello) => {
@@ -91,38 +98,41 @@ function water(x, z) {
   return client.playback?.complete ? client.playback.heightAt(x, z) : -Infinity;
 }
 
-let last = performance.now();
 let completeAt = NaN;
-const seen = { at: last, bytes: 0 };
+const seen = { at: performance.now(), bytes: 0 };
 
+let asked = 0; // the picture that is asked for
 function picture(now) {
   if (swellcast.immersion) return;
-  requestAnimationFrame(picture);
+  asked = rest();
+asked = requestAnimationFrame(picture);
   if (!swellcast.held) paint(now);
 }
 
 /** One picture, of the moment `now`, on the screen or in the headset whose frame is given. */
 function paint(now, frame = null) {
   const { immersion } = swellcast, began = performance.now();
-  const intervalMs = now - last, seconds = Math.max(0, intervalMs / 1000);
+  const intervalMs = now - last, seconds = Math.max(0, intervalMs / 1000) || 0;
   last = now;
   gpuTime.begin();
   const tick = client.tick(now);
   const { drawn, starved } = renderer.seek(tick, weather);
-  const joined = performance.now();
   if (frame && immersion) wear(immersion, frame, seconds);
   else show(seconds);
   gpuTime.end();
   swellcast.tick = tick;
   if (drawn) ready(now, starved);
   const costMs = Math.max(performance.now() - began, gpuTime.ms);
-  pace.picture(intervalMs, costMs, joined - began, immersion?.session.frameRate);
-  const step = drawn ? quality?.picture(intervalMs, costMs, pace.targetMs) : null;
-  if (step) {
-    client.subscribe({ rate: step.rate, level: step.level });
-    renderer.setMesh(step.coarse || options.detail === 'low');
-  }
+  if (Number.isFinite(intervalMs)) judge(intervalMs, costMs, drawn);
   if (now - seen.at > PANEL_MS) report(now);
+}
+
+function judge(intervalMs, costMs, drawn) {
+  pace.picture(intervalMs, costMs, swellcast.immersion?.session.frameRate);
+  const step = drawn ? quality?.picture(intervalMs, costMs, pace.targetMs, gpuTime.known) : null;
+  if (!step) return;
+  client.subscribe({ rate: step.rate, level: step.level });
+  renderer.setMesh(step.coarse || options.detail === 'low');
 }
 
 function show(seconds) {
@@ -135,7 +145,7 @@ function show(seconds) {
 
 function wear(immersion, frame, seconds) {
   if (client.playback?.complete) deck.float(water);
-  const views = immersion.look(frame, seconds, water), mark = immersion.markMatrix();
+  const views = immersion.look(frame, seconds, water), mark = immersion.markMatrix(water);
   const things = [{ mesh: solids.boat, model: deck.matrix() }, { mesh: solids.board, model: immersion.boardMatrix() }];
   if (mark) things.push({ mesh: solids.mark, model: mark });
   const { framebuffer } = immersion.session.renderState.baseLayer;
@@ -184,9 +194,13 @@ async function enter() {
   session.addEventListener('end', () => {
     swellcast.immersion = null;
     panel.setImmersed(false);
-    requestAnimationFrame(picture);
+    pace.begin();
+    rest();
+    cancelAnimationFrame(asked); // a browser may have kept it for the page's return
+    asked = requestAnimationFrame(picture);
   });
   panel.setImmersed(true);
+  rest();
   solids.write(['Swellcast', 'trigger: go there', 'grip: deck or sea']);
   session.requestAnimationFrame(loop);
 }

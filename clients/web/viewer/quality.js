@@ -41,15 +41,16 @@ export class Quality {
   /**
    * Takes a picture.
    * @param {number} intervalMs since the one before
-   * @param {number} costMs of this one, as far as it is known
+   * @param {number} costMs of this one
    * @param {number} targetMs how often the display shows one
+   * @param {boolean} whole the cost is all of it; else pictures that were dropped tell of the rest
    * @returns {Step | null} what to go to
    */
-  picture(intervalMs, costMs, targetMs) {
+  picture(intervalMs, costMs, targetMs, whole) {
     this.ms += intervalMs;
     this.pictures++;
     this.cost += costMs;
-    this.dropped += Math.max(0, Math.round(intervalMs / targetMs) - 1);
+    if (!whole) this.dropped += Math.max(0, Math.round(intervalMs / targetMs) - 1);
     if (this.ms < WINDOW_MS) return null;
     const load = this.cost / (this.pictures * targetMs), lost = this.dropped / (this.pictures + this.dropped);
     this.#begin();

@@ -1,6 +1,6 @@
 // Draws pictures: sky, then water, in one view or in several. Owns the GPU's state; reads playback and weather.
 
-import { Fields } from '../src/fields.js';
+import { Fields, meanSquareSlope } from '../src/fields.js';
 import { bindTexture, COVER_VERTEX, makeProgram, openGpu } from '../src/gl.js';
 import { MOST_CASCADES } from '../src/playback.js';
 import { makeFoamTexture } from './foam.js';
@@ -130,15 +130,9 @@ export class Renderer {
     const { eye } = view;
     grid.moveTo(eye[0], eye[2]);
     active.forEach((layer, i) => {
-      const patch = fields.patches[layer];
       this.layers[i] = layer;
       this.longest[i] = fields.longest[layer];
-      // Sample (0, 0) stands for the origin and lies in the middle of its texel.
-      const middle = 0.5 / fields.size;
-      this.patches[i * 4] = fraction(grid.origin[0] / patch) + middle;
-      this.patches[i * 4 + 1] = fraction(grid.origin[1] / patch) + middle;
-      this.patches[i * 4 + 2] = 1 / patch;
-      this.patches[i * 4 + 3] = fields.size / patch;
+      this.patches.set(fields.placeOf(layer, grid.origin[0], grid.origin[1]), i * 4);
     });
     gl.enable(gl.DEPTH_TEST);
     gl.useProgram(program);
@@ -156,8 +150,7 @@ export class Renderer {
     gl.uniform2f(at.uCrestwise, this.crestwise[0], this.crestwise[1]);
     gl.uniform1f(at.uExposure, EXPOSURE);
     gl.uniform1f(at.uHaze, 1 / HAZE_M);
-    // Cox & Munk 1954: the mean square slope of the whole sea, wind at 12.5 m taken as that at 10 m.
-    gl.uniform2f(at.uMeanSquareSlope, weather.windMps === null ? 0 : 0.003 + 5.12e-3 * weather.windMps, 0.002);
+    gl.uniform2f(at.uMeanSquareSlope, meanSquareSlope(weather.windMps), 0.002);
     bindTexture(gl, 0, gl.TEXTURE_2D_ARRAY, fields.displacement, at.uDisplacement);
     bindTexture(gl, 1, gl.TEXTURE_2D_ARRAY, fields.moment, at.uMoment);
     bindTexture(gl, 2, gl.TEXTURE_2D_ARRAY, fields.gradient, at.uGradient);
@@ -166,8 +159,4 @@ export class Renderer {
     bindTexture(gl, 5, gl.TEXTURE_2D, this.foam, at.uFoamPattern);
     grid.draw(at, eye, 2 + 2 * weather.hsM, view.sees);
   }
-}
-
-function fraction(x) {
-  return x - Math.floor(x);
 }

@@ -18,14 +18,14 @@ export async function canEnter() {
 export class Immersion {
   /**
    * @param {XRSession} session
-   * @param {WebGL2RenderingContext} gl
+   * @param {XRReferenceSpace} space whose floor is the wearer's
    * @param {import('./deck.js').Deck} deck
    * @param {{eye: number[], yaw: number}} from where the page looks from
    * @param {string} floor 'deck' or 'sea'
    */
-  constructor(session, gl, deck, from, floor) {
+  constructor(session, space, deck, from, floor) {
     this.session = session;
-    this.gl = gl;
+    this.space = space;
     this.deck = deck;
     this.views = [new View(), new View()];
     this.lift = new Lift();
@@ -39,7 +39,8 @@ export class Immersion {
     deck.moor(from.eye[0], from.eye[2], from.yaw);
     this.floor = floor;
     session.addEventListener('selectstart', (e) => { this.pointing = e.inputSource; });
-    session.addEventListener('selectend', () => {
+    session.addEventListener('selectend', (e) => {
+      if (e.inputSource !== this.pointing) return; // another hand's
       if (this.target) this.#stand(this.target);
       this.pointing = this.target = null;
     });
@@ -55,12 +56,14 @@ export class Immersion {
    */
   static async enter(gl, deck, from, floor) {
     const session = await navigator.xr.requestSession('immersive-vr', { requiredFeatures: ['local-floor'] });
-    await gl.makeXRCompatible();
-    const layer = new XRWebGLLayer(session, gl, { alpha: false });
-    await session.updateRenderState({ baseLayer: layer, depthNear: NEAR_M });
-    const immersion = new Immersion(session, gl, deck, from, floor);
-    immersion.space = await session.requestReferenceSpace('local-floor');
-    return immersion;
+    try {
+      await gl.makeXRCompatible();
+      await session.updateRenderState({ baseLayer: new XRWebGLLayer(session, gl, { alpha: false }), depthNear: NEAR_M });
+      return new Immersion(session, await session.requestReferenceSpace('local-floor'), deck, from, floor);
+    } catch (error) {
+      await session.end().catch(() => {}); // else the wearer would be left in the dark
+      throw error;
+    }
   }
 
   /** To the deck, or overboard. */
@@ -106,10 +109,13 @@ export class Immersion {
     return new Float32Array([cos, 0, sin, 0, 0, 1, 0, 0, -sin, 0, cos, 0, x, y, z, 1]);
   }
 
-  /** Columns of the mark of a teleport; null while there is none. */
-  markMatrix() {
+  /**
+   * Columns of the mark of a teleport; null while there is none.
+   * @param {(x: number, z: number) => number} water height, metres
+   */
+  markMatrix(water) {
     if (!this.target) return null;
-    const [x, z] = this.target, y = this.deck.heightAt(x, z) ?? 0;
+    const [x, z] = this.target, y = this.deck.heightAt(x, z) ?? Math.max(0, water(x, z));
     return new Float32Array([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, x, y, z, 1]);
   }
 

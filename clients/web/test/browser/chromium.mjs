@@ -98,6 +98,24 @@ class Test {
   }
 }
 
+/** Of pixels, RGBA: the mean of each colour. */
+export function mean(rgba) {
+  const sum = [0, 0, 0];
+  rgba.forEach((v, i) => { if ((i & 3) < 3) sum[i & 3] += v; });
+  return sum.map((v) => v / (rgba.length / 4));
+}
+
+/** Of pixels: how much green differs within them. */
+export function deviation(rgba) {
+  const green = rgba.filter((_, i) => (i & 3) === 1), middle = green.reduce((a, b) => a + b, 0) / green.length;
+  return Math.sqrt(green.reduce((a, b) => a + (b - middle) ** 2, 0) / green.length);
+}
+
+/** Of two lists of pixels: the mean difference. */
+export function difference(a, b) {
+  return a.reduce((sum, v, i) => sum + Math.abs(v - b[i]), 0) / a.length;
+}
+
 function fail(what, status) {
   console.error(what);
   process.exit(status);

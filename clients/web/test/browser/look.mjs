@@ -4,7 +4,7 @@
 //                              [--rate 15] [--detail high] [--panel] [--timeout 90] [--chromium PATH]
 
 import { writeFileSync } from 'node:fs';
-import { run } from './chromium.mjs';
+import { deviation, difference, mean, run } from './chromium.mjs';
 
 const options = {
   out: { type: 'string', default: 'sea.png' },
@@ -53,20 +53,4 @@ async function picture(page) {
     return { png: canvas.toDataURL('image/png'), sky: read(canvas.height - h), sea: read(h),
       hasSky: window.swellcast.camera.pitch > -15 };
   });
-}
-
-function mean(rgba) {
-  const sum = [0, 0, 0];
-  rgba.forEach((v, i) => { if ((i & 3) < 3) sum[i & 3] += v; });
-  return sum.map((v) => v / (rgba.length / 4));
-}
-
-function deviation(rgba) {
-  const green = rgba.filter((_, i) => (i & 3) === 1);
-  const middle = green.reduce((a, b) => a + b, 0) / green.length;
-  return Math.sqrt(green.reduce((a, b) => a + (b - middle) ** 2, 0) / green.length);
-}
-
-function difference(a, b) {
-  return a.reduce((sum, v, i) => sum + Math.abs(v - b[i]), 0) / a.length;
 }

@@ -33,7 +33,7 @@ await run({ seconds: { type: 'string', default: '60' }, rate: { type: 'string', 
   const costMs = told.joinMs + told.decodeMs * told.rate / HZ;
   console.log(JSON.stringify({ costMs, ...told, pauses: pauses.length, longestPauseMs: Math.max(0, ...pauses), memoryMb: { before, after } }));
   test.check(told.joined > 0.9 * seconds * HZ || !strict, `${told.joined} pictures in ${seconds} s`);
-  test.check(after < before * (1 + GROWTH), `memory grows from ${before} to ${after} MB`);
+  if (seconds >= 60) test.check(after < before * (1 + GROWTH), `memory grows from ${before} to ${after} MB`);
   test.check(told.refused === 0, `${told.refused} frames refused`);
   if (!strict) return;
   test.check(costMs <= MOST_MS, `${costMs} ms a picture`);

@@ -10,7 +10,7 @@ import { readFileSync, writeFileSync } from 'node:fs';
 import http from 'node:http';
 import { extname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { run } from './chromium.mjs';
+import { deviation, difference, mean, run } from './chromium.mjs';
 
 const EXAMPLE = fileURLToPath(new URL('../../examples/three', import.meta.url));
 const TYPES = { '.html': 'text/html', '.js': 'text/javascript' };
@@ -189,19 +189,4 @@ function serve(folder, server) {
       .on('error', () => socket.destroy()).end();
   });
   return new Promise((done) => site.listen(0, '127.0.0.1', () => done(site)));
-}
-
-function mean(rgba) {
-  const sum = [0, 0, 0];
-  rgba.forEach((v, i) => { if ((i & 3) < 3) sum[i & 3] += v; });
-  return sum.map((v) => v / (rgba.length / 4));
-}
-
-function deviation(rgba) {
-  const green = rgba.filter((_, i) => (i & 3) === 1), middle = green.reduce((a, b) => a + b, 0) / green.length;
-  return Math.sqrt(green.reduce((a, b) => a + (b - middle) ** 2, 0) / green.length);
-}
-
-function difference(a, b) {
-  return a.reduce((sum, v, i) => sum + Math.abs(v - b[i]), 0) / a.length;
 }
