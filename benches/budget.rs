@@ -141,8 +141,8 @@ follow from changes (winds of the layout, water, effects, backend).
 ## What budgets pick
 
 Preset `{SCENE}`, measured in {took_s:.0} s. *Anew* is the same setting run by itself afterwards, {FRAMES} frames at 30 a
-second, on a machine that does nothing else. Heights and normals: rms, of waves that the layout leaves out and of what is lost between samples that are read
-bicubically; normals count waves down to the finest that any setting holds.
+second, on a machine that does nothing else. Heights and normals: rms, of waves that the layout leaves out and of what
+is lost between samples that are read bicubically; normals count waves down to the finest that any setting holds.
 
 | budget, ms | setting | p95, ms | p95 anew, ms | kept | height, % of Hs | normal, degrees |
 |---|---|---|---|---|---|---|

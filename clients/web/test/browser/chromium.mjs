@@ -14,9 +14,8 @@ const COMMON = {
  * Runs a test and ends the process: 0 when nothing was found wrong.
  * @param {object} options what the command line takes besides --url, --timeout and --chromium
  * @param {(test: Test) => Promise<void>} body
- * @param {string} angle what draws: 'swiftshader', or 'null', which draws nothing and takes no time
  */
-export async function run(options, body, angle = 'swiftshader') {
+export async function run(options, body) {
   const { values: args } = parseArgs({ options: { ...COMMON, ...options } });
   if (!args.url) fail('--url is missing: the address of a running server', 2);
   const chromium = args.chromium ?? process.env.CHROMIUM
@@ -24,7 +23,7 @@ export async function run(options, body, angle = 'swiftshader') {
   if (!chromium) fail('no Chromium found: give --chromium PATH', 2);
   const browser = await puppeteer.launch({
     executablePath: chromium,
-    args: ['--headless=new', '--no-sandbox', '--disable-dev-shm-usage', '--use-gl=angle', `--use-angle=${angle}`,
+    args: ['--headless=new', '--no-sandbox', '--disable-dev-shm-usage', '--use-gl=angle', '--use-angle=swiftshader',
       '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', '--hide-scrollbars', '--no-first-run',
       '--disable-background-networking', '--disable-component-update', '--disable-sync', '--disable-backgrounding-occluded-windows',
       '--disable-renderer-backgrounding', '--enable-precise-memory-info'],

@@ -1,5 +1,6 @@
 // What the sea costs a page of 90 pictures a second: decoding, and joining frames in time up to the calls to the GPU. The
-// GPU itself is left out: here it would be the processor that plays one.
+// GPU itself is left out: here it is the processor that plays one, and would hold up a page that asks 90 times a second.
+// So it is asked five times a second, and each time pays for the uploads of several frames: more than a page would.
 // For so many seconds, of a server with three cascades of 256 x 256: cost, pauses of the garbage collector, memory.
 //
 //   node test/browser/pace.mjs --url http://127.0.0.1:8080/ [--seconds 60] [--rate 15] [--strict]
@@ -9,7 +10,7 @@
 import { readFileSync } from 'node:fs';
 import { run } from './chromium.mjs';
 
-const HZ = 90;
+const SHOWN_HZ = 90, ASKED_HZ = 5;
 const MOST_MS = 3, MOST_PAUSE_MS = 5;
 const GROWTH = 0.1; // of memory, from the second quarter to the last
 
@@ -19,28 +20,28 @@ await run({ seconds: { type: 'string', default: '60' }, rate: { type: 'string', 
   const pid = await rendererPid(test.browser);
   // Until everything is compiled and every buffer is there, and a server that gave way at first sends all again.
   for (let round = 0; round < 12; round++) {
-    const { levels } = await page.evaluate(join, 5, HZ);
+    const { levels } = await page.evaluate(join, 5, ASKED_HZ);
     if (levels.join() === '0') break;
   }
   await page.tracing.start({ categories: ['-*', 'devtools.timeline', 'v8'] });
   const memory = [];
   const watch = setInterval(() => memory.push(rssMb(pid)), Math.max(250, seconds * 10));
-  const told = await page.evaluate(join, seconds, HZ);
+  const told = await page.evaluate(join, seconds, ASKED_HZ);
   clearInterval(watch);
   const pauses = pausesOf(JSON.parse(Buffer.from(await page.tracing.stop()).toString()));
   const quarter = Math.floor(memory.length / 4), mean = (list) => list.reduce((a, b) => a + b, 0) / list.length;
   const before = mean(memory.slice(quarter, 2 * quarter)), after = mean(memory.slice(3 * quarter));
-  const costMs = told.joinMs + told.decodeMs * told.rate / HZ;
+  const costMs = told.joinMs + told.decodeMs * told.rate / SHOWN_HZ;
   console.log(JSON.stringify({ costMs, ...told, pauses: pauses.length, longestPauseMs: Math.max(0, ...pauses), memoryMb: { before, after } }));
-  test.check(told.joined > 0.9 * seconds * HZ || !strict, `${told.joined} pictures in ${seconds} s`);
+  test.check(told.joined > 0.9 * seconds * ASKED_HZ || !strict, `${told.joined} pictures in ${seconds} s`);
   if (seconds >= 60) test.check(after < before * (1 + GROWTH), `memory grows from ${before} to ${after} MB`);
   test.check(told.refused === 0, `${told.refused} frames refused`);
   if (!strict) return;
   test.check(costMs <= MOST_MS, `${costMs} ms a picture`);
   test.check(Math.max(0, ...pauses) <= MOST_PAUSE_MS, `a pause of ${Math.max(...pauses)} ms`);
-}, 'null');
+});
 
-/** In the page: joins the frames 90 times a second, and times that. */
+/** In the page: joins the frames so many times a second, and times that. */
 function join(seconds, hz) {
   const { client, renderer } = window.swellcast, times = [], decode = [], levels = new Set();
   const begin = performance.now(), end = begin + seconds * 1000;
