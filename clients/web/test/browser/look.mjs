@@ -19,11 +19,12 @@ const options = {
 await run(options, async (test) => {
   const { out, panel, eye, look, sun, rate, detail } = test.args;
   const page = await test.viewer({ eye, look, sun, rate, detail, still: panel ? undefined : '1' });
-  const first = await picture(page);
+  const type = out.endsWith('.jpg') ? 'image/jpeg' : 'image/png';
+  const first = await picture(page, type);
   if (panel) await page.screenshot({ path: out });
-  else writeFileSync(out, Buffer.from(first.png.split(',')[1], 'base64'));
+  else writeFileSync(out, Buffer.from(first.image.split(',')[1], 'base64'));
   await page.evaluate(() => new Promise((done) => setTimeout(done, 600)));
-  const second = await picture(page);
+  const second = await picture(page, type);
   const { connected, counts } = await page.evaluate(() => ({ connected: window.swellcast.client.connected, counts: window.swellcast.client.counts }));
   test.check(connected, 'not connected');
   test.check(counts.frames > 0, 'no frame decoded');
@@ -39,8 +40,8 @@ await run(options, async (test) => {
 });
 
 /** Has one picture painted; pixels of a strip of sky (top) and of sea (bottom) are read in the task that drew them. */
-async function picture(page) {
-  return page.evaluate(() => {
+async function picture(page, type) {
+  return page.evaluate((wanted) => {
     window.swellcast.paint(performance.now());
     const canvas = document.getElementById('sea');
     const gl = canvas.getContext('webgl2');
@@ -50,7 +51,7 @@ async function picture(page) {
       gl.readPixels(0, y, w, h, gl.RGBA, gl.UNSIGNED_BYTE, out);
       return Array.from(out.filter((_, i) => (i >> 2) % 7 === 0));
     };
-    return { png: canvas.toDataURL('image/png'), sky: read(canvas.height - h), sea: read(h),
+    return { image: canvas.toDataURL(wanted, 0.9), sky: read(canvas.height - h), sea: read(h),
       hasSky: window.swellcast.camera.pitch > -15 };
-  });
+  }, type);
 }

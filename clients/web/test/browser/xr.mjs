@@ -33,7 +33,7 @@ await run({ out: { type: 'string' }, detail: { type: 'string', default: 'low' } 
   test.check(Math.abs(first.height - first.deck.y - 1.6) < 0.9, `eyes at ${first.height} m, deck at ${first.deck.y} m`);
   if (test.args.out) {
     for (const [i, name] of ['left', 'right'].entries()) {
-      writeFileSync(join(test.args.out, `viewer-vr-${name}.png`), Buffer.from(first.eyes[i].png.split(',')[1], 'base64'));
+      writeFileSync(join(test.args.out, `viewer-vr-${name}.jpg`), Buffer.from(first.eyes[i].image.split(',')[1], 'base64'));
     }
   }
 
@@ -112,7 +112,7 @@ async function picture(page) {
         const image = context.createImageData(width, height);
         for (let row = 0; row < height; row++) image.data.set(pixels.subarray((height - 1 - row) * width * 4, (height - row) * width * 4), row * width * 4);
         context.putImageData(image, 0, 0);
-        return { x, y, width, height, pixels: Array.from(pixels.filter((_, i) => (i >> 2) % 7 === 0)), png: canvas.toDataURL('image/png') };
+        return { x, y, width, height, pixels: Array.from(pixels.filter((_, i) => (i >> 2) % 7 === 0)), image: canvas.toDataURL('image/jpeg', 0.9) };
       });
       const [a, b] = immersion.views, { deck } = { deck: { y: 0 }, ...immersion };
       done({
