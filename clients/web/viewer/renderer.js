@@ -102,13 +102,16 @@ export class Renderer {
   paint(views, framebuffer, more) {
     const { gl } = this.gpu;
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    gl.enable(gl.SCISSOR_TEST); // nothing of one eye's view in the other's
     for (const view of views) {
       gl.viewport(...view.viewport);
+      gl.scissor(...view.viewport);
+      gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
       this.#drawSky(view);
       if (this.fields?.playback.complete) this.#drawWater(view);
       more?.(view);
     }
+    gl.disable(gl.SCISSOR_TEST);
   }
 
   #drawSky(view) {
