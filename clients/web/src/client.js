@@ -180,6 +180,16 @@ export class Client {
     return this.playback.heightAt(x, z);
   }
 
+  /** Gives memory of frames back to the decoder, unless somebody was given them. */
+  #recycle() {
+    if (!this.#worker || this.#handlers.has('frame')) return;
+    for (const { counts } of this.playback?.spent ?? []) {
+      if (!counts || counts.byteLength !== counts.buffer.byteLength) continue;
+      const buffer = /** @type {ArrayBuffer} */ (counts.buffer);
+      this.#worker.postMessage({ kind: 'recycle', buffer }, [buffer]);
+    }
+  }
+
   /** @param {import('./worker.js').Request} request */
   #post(request) {
     this.#worker?.postMessage(request);
@@ -202,6 +212,7 @@ export class Client {
         this.counts.frames++;
         this.counts.bytes += frame.bytes;
         if (this.playback?.accept(frame)) this.counts.used++;
+        this.#recycle();
         this.#tell('frame', frame);
         break;
       }

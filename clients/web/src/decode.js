@@ -7,6 +7,9 @@ import { History } from './history.js';
 import { TAPS } from './predict.js';
 import { readPlane } from './rans.js';
 
+/** Of each length: all units of a tick and a few more. */
+const MOST_SPARE = 32;
+const MOST_LENGTHS = 16;
 const TAPS_BYTES = 2 * TAPS + 4;
 
 /** A frame that is predicted from one that is not held: its unit must begin anew. */
@@ -37,6 +40,19 @@ export class Decoder {
     /** @type {Map<number, UnitHistory>} */
     this.units = new Map();
     this.taps = [0, 1, 2].map(() => new Int16Array(TAPS));
+    /** @type {Map<number, ArrayBuffer[]>} by length: memory of counts that nobody needs any more */
+    this.spare = new Map();
+  }
+
+  /**
+   * Takes back the memory of a frame's counts, for frames to come: so much comes each second that collecting it would
+   * hold up pictures.
+   * @param {ArrayBuffer} buffer of nothing else
+   */
+  recycle(buffer) {
+    const { byteLength } = buffer, held = this.spare.get(byteLength);
+    if (!held && this.spare.size < MOST_LENGTHS) this.spare.set(byteLength, [buffer]);
+    else if (held && held.length < MOST_SPARE) held.push(buffer);
   }
 
   /**
@@ -71,7 +87,8 @@ export class Decoder {
   #predicted(frame, buffer) {
     const { codec, tick, depth, channels, n } = frame;
     const history = this.#history(frame);
-    const counts = frame.counts = new Int16Array(channels * n * n);
+    const spare = this.spare.get(2 * channels * n * n)?.pop();
+    const counts = frame.counts = spare ? new Int16Array(spare) : new Int16Array(channels * n * n);
     /** @type {Basis} */
     const basis = (channel) => {
       if (depth === 0) return [];

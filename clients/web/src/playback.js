@@ -49,7 +49,8 @@ export class Playback {
       this.granted[layer][group] = { level: u.level, interval };
       const held = before?.take(this.cascades[layer], group);
       this.units[layer][group] = held?.unit ?? this.#unit(layer, group, u.level);
-      if (held?.next?.level === u.level && held.next.ring.interval <= interval) this.coming[layer][group] = held.next;
+      const fits = (/** @type {Unit | null | undefined} */ unit) => unit?.level === u.level && unit.ring.interval <= interval;
+      if (held?.next && fits(held.next) && !fits(held.unit)) this.coming[layer][group] = held.next;
       else held?.next?.dispose();
     }
     /** Everything that is subscribed was there once, foam aside; a cascade that is added then begins as nothing. */
@@ -60,6 +61,8 @@ export class Playback {
     this.active = [];
     this.finest = 0; // of those, the one with the shortest waves
     this.tick = NaN;
+    /** @type {import('./decode.js').DecodedFrame[]} frames that newer ones took the place of, for who recycles them */
+    this.spent = [];
     before?.dispose();
   }
 
@@ -75,7 +78,8 @@ export class Playback {
     this.tick = NaN; // what was chosen for a moment may lie elsewhere now
     /** @type {(held: Unit | null) => boolean} */
     const fits = (held) => held !== null && held.level === level && held.ring.interval <= granted.interval;
-    if (fits(unit)) return unit.accept(frame);
+    this.spent.length = 0;
+    if (fits(unit)) return unit.accept(frame, this.spent);
     // The server sends it coarser than it was granted, or fine again; or another level or rate was asked for. Where only
     // the rate differs, what is shown goes on with the frames that it has a place for.
     const shown = unit.level === level && unit.accept(frame);
@@ -85,7 +89,7 @@ export class Playback {
       coming[group]?.dispose();
       coming[group] = this.#unit(layer, group, level);
     }
-    return coming[group]?.accept(frame) || shown;
+    return coming[group]?.accept(frame) || shown; // of two units, maybe: none of these is spent
   }
 
   /** Every unit that is held. */

@@ -31,15 +31,19 @@ export class Unit {
 
   /**
    * @param {DecodedFrame} frame of this unit
+   * @param {DecodedFrame[]} [spent] filled in: those in whose place it is
    * @returns {boolean} whether it was of use
    */
-  accept(frame) {
+  accept(frame, spent) {
     if (frame.levelN !== this.size) return false;
     const before = frame.tick / this.ring.interval % RING_SLOTS;
     const fresh = this.ring.ticks[before] !== frame.tick;
     const slot = this.ring.place(frame.tick);
     if (slot < 0) return false;
-    if (fresh) this.frames[slot].length = 0;
+    if (fresh) {
+      spent?.push(...this.frames[slot]);
+      this.frames[slot].length = 0;
+    }
     this.frames[slot].push(frame);
     return true;
   }

@@ -7,7 +7,8 @@ import { Connection } from './connection.js';
  * @typedef {import('./connection.js').Listener} Listener
  * @typedef {import('./plan.js').Wish} Wish
  * @typedef {{kind: 'open', url: string, wish: Wish} | {kind: 'subscribe', wish: Wish}
- *   | {kind: 'pause', paused: boolean} | {kind: 'close'}} Request
+ *   | {kind: 'pause', paused: boolean} | {kind: 'close'}
+ *   | {kind: 'recycle', buffer: ArrayBuffer}} Request
  * @typedef {{[K in keyof Listener]: {kind: K, args: Parameters<Listener[K]>}}[keyof Listener]} Event
  */
 
@@ -44,6 +45,7 @@ onmessage = (/** @type {MessageEvent<Request>} */ { data }) => {
       break;
     case 'subscribe': connection?.subscribe(data.wish); break;
     case 'pause': connection?.pause(data.paused); break;
+    case 'recycle': connection?.decoder.recycle(data.buffer); break;
     case 'close':
       connection?.close();
       setTimeout(() => close(), CLOSING_MS);

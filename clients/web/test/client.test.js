@@ -3,6 +3,7 @@
 import assert from 'node:assert/strict';
 import test, { mock } from 'node:test';
 import { connect, streamOf } from '../src/client.js';
+import { decodeFrame } from '../src/decode.js';
 import { makeFrame } from './frames.js';
 import { FakeSocket, hello, useFakeSockets } from './sockets.js';
 
@@ -78,6 +79,23 @@ test('a worker that does not start is told of', () => {
   assert.deepEqual(heard, [{ connected: false, detail: 'the worker does not start' }]);
   client.close();
   assert.equal(worker.onmessage, null);
+});
+
+test('memory of frames goes back to the worker, unless somebody was given frames', () => {
+  for (const listens of [false, true]) {
+    const posted = [], worker = { postMessage: (request) => posted.push(request) };
+    const client = connect('http://h', { groups: ['displacement'] }, { worker });
+    const off = listens ? client.on('frame', () => {}) : () => {};
+    off(); // what it was given it may hold
+    const unit = { cascade: 1, level: 0, class: '1mm', group: 'displacement' };
+    worker.onmessage({ data: { kind: 'hello', args: [hello(), { rateHz: 15, units: [unit] }] } });
+    for (let k = 10; k < 40; k++) {
+      const counts = new Int16Array(3 * 64).fill(k);
+      worker.onmessage({ data: { kind: 'frame', args: [{ ...decodeFrame(makeFrame({ tick: 480 * k })), counts }] } });
+    }
+    const back = posted.filter(({ kind }) => kind === 'recycle').map(({ buffer }) => new Int16Array(buffer)[0]);
+    assert.deepEqual(back, listens ? [] : [10, 11, 12, 13, 14, 15], 'the ring has 24');
+  }
 });
 
 test('server time is by the page\'s own clock', (t) => {

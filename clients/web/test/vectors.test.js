@@ -46,6 +46,11 @@ test('streams of the repository, in the order in which they are sent', (t) => {
       const frame = decoder.decode(bytes);
       const { tick, depth, flags } = frame;
       assert.deepEqual({ tick: String(tick), depth, flags, bytes: frame.bytes, crc32: crcs(frame) }, said[i], `${name}, frame ${i}`);
+      // Its memory goes back, and what was in it must not matter.
+      if (frame.counts?.byteLength === frame.counts?.buffer.byteLength) {
+        frame.counts?.fill(0x5555);
+        if (frame.counts) decoder.recycle(frame.counts.buffer);
+      }
     });
   }
   return undefined;

@@ -15,8 +15,9 @@ const ORIGIN_STEP = 1024;
 const FULL_HEIGHT = 12;
 const MORPH_START = 0.62; // of half a ring
 /** Where the inner ring lies: off the middle by x, z cells; and how far the two overlap, in cells. */
-const HOLES = [null, [0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 2]];
-const OVERLAP = 5;
+const HOLES = [null, ...[0, 1].flatMap((overlap) => [[0, 0, overlap], [1, 0, overlap], [0, 1, overlap], [1, 1, overlap]])];
+/** Of holes: the first within whose cells the inner ring lies, and the first of those that lie about anywhere. */
+const FITTING = 1, ABOUT = 5;
 
 export class Grid {
   /**
@@ -59,8 +60,7 @@ export class Grid {
       const cell = 2 * half / rings.cells;
       const x = Math.floor(eye[0] / (2 * cell)) * 2 * cell, z = Math.floor(eye[2] / (2 * cell)) * 2 * cell;
       let hole = 0;
-      if (level === last) hole = OVERLAP;
-      else if (level > first) hole = 1 + (innerX > x ? 1 : 0) + (innerZ > z ? 2 : 0);
+      if (level > first) hole = (level === last ? ABOUT : FITTING) + (innerX - x >= cell ? 1 : 0) + (innerZ - z >= cell ? 2 : 0);
       innerX = x;
       innerZ = z;
       gl.bindVertexArray(rings.array);
@@ -88,7 +88,7 @@ function morphEnd(cells) {
   return 1 - 6 / cells;
 }
 
-/** Vertices and index ranges of one ring: by hole (none, where the inner ring lies: 4 ways, smaller) and block. */
+/** Vertices and index ranges of one ring: by hole and block. */
 function makeRings(gl, cells) {
   const side = cells + 1, half = cells / 2, block = cells / BLOCKS;
   const vertices = new Uint8Array(side * side * 2);
