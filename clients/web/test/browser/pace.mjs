@@ -77,15 +77,11 @@ function join(seconds, hz) {
         if (client.counts.decodeMs !== decode.at(-1)) decode.push(client.counts.decodeMs);
         client.playback.levels().forEach((level) => levels.add(level));
       }
-      // Timers are too coarse for the last milliseconds, and all of them would take a core from those that work.
-      if (now < end && next - now > 5) return setTimeout(tick, 1);
-      if (now < end) return channel.port2.postMessage(0);
+      if (now < end) return setTimeout(tick, next - performance.now());
       times.sort((a, b) => a - b);
       done({ joined: times.length, sampleMs: times[times.length >> 1], sampleP95Ms: times[Math.floor(times.length * 0.95)],
         decodeMs: decode.sort((a, b) => a - b)[decode.length >> 1], rate: client.quality.rate_hz, levels: [...levels], refused: client.counts.refused });
     };
-    const channel = new MessageChannel();
-    channel.port1.onmessage = tick;
     tick();
   });
 }
