@@ -6,7 +6,9 @@ mod parity;
 mod shaders;
 mod stream;
 
-use swellcast::backend::{Backend, Cpu, Gpu, GpuSettings, Storage, Surface};
+use std::sync::Mutex;
+
+use swellcast::backend::{Backend, BackendError, Cpu, Gpu, GpuSettings, Storage, Surface, Tap};
 use swellcast::plan::{Field, Plan};
 use swellcast::sea::Sea;
 
@@ -20,6 +22,58 @@ pub fn gpu(storage: Storage) -> Option<Gpu> {
             eprintln!("SKIPPED, for want of a GPU: {error}");
             None
         }
+    }
+}
+
+/// A device of one sea after another: to open one takes longer than most seas do, and none may leave anything behind.
+pub struct Lent(Option<Gpu>);
+
+static UNUSED: Mutex<Vec<Gpu>> = Mutex::new(Vec::new());
+
+/// As [`gpu`], used before where one is free.
+pub fn lent() -> Option<Lent> {
+    let unused = UNUSED.lock().unwrap().pop();
+    unused.or_else(|| gpu(Storage::F32)).map(|gpu| Lent(Some(gpu)))
+}
+
+impl Lent {
+    fn gpu(&self) -> &Gpu {
+        self.0.as_ref().expect("until it is dropped")
+    }
+
+    fn gpu_mut(&mut self) -> &mut Gpu {
+        self.0.as_mut().expect("until it is dropped")
+    }
+}
+
+impl Drop for Lent {
+    fn drop(&mut self) {
+        // After a failure, who knows what state it is in.
+        if !std::thread::panicking() {
+            UNUSED.lock().unwrap().extend(self.0.take());
+        }
+    }
+}
+
+impl Backend for Lent {
+    fn name(&self) -> &'static str {
+        self.gpu().name()
+    }
+
+    fn load(&mut self, sea: &Sea) -> Result<(), BackendError> {
+        self.gpu_mut().load(sea)
+    }
+
+    fn step(&mut self, tick: i64, plan: &Plan) -> Result<&Surface, BackendError> {
+        self.gpu_mut().step(tick, plan)
+    }
+
+    fn surface(&self) -> &Surface {
+        self.gpu().surface()
+    }
+
+    fn tap(&self, cascade: usize, tap: Tap) -> Option<Vec<f32>> {
+        self.gpu().tap(cascade, tap)
     }
 }
 
