@@ -33,15 +33,15 @@ deny:
 
 # Every test of the Rust side.
 test:
-    cargo test
+    cargo test --release
 
 # Whitecaps of 20 seeds and a minute each, at four winds.
 foam:
-    SWELLCAST_FULL=1 cargo test --test it foam::whitecaps -- --nocapture
+    SWELLCAST_FULL=1 cargo test --release --test it foam::whitecaps -- --nocapture
 
 # Write docs/stability.md anew, from the table of hard cases.
 stability:
-    SWELLCAST_BLESS=1 cargo test --test it stability::page
+    SWELLCAST_BLESS=1 cargo test --release --test it stability::page
 
 # Write docs/normals.md anew: errors and costs of the ways of normals, on this machine.
 normals:
@@ -81,7 +81,7 @@ picture:
 
 # Write the vectors anew, after a change of the protocol that is meant.
 bless:
-    SWELLCAST_BLESS=1 cargo test --test it vectors
+    SWELLCAST_BLESS=1 cargo test --release --test it vectors
 
 # Every bench.
 bench *args:
@@ -105,7 +105,7 @@ bench-gpu:
 
 # Write the CPU's part of docs/performance.md anew: the step beside the bare transforms of FFTW; needs libfftw3-dev.
 peers rounds="60":
-    CARGO_TARGET_DIR=target/peers cargo run --release --manifest-path benches/peers/Cargo.toml --bin fftw -- {{rounds}} docs/performance.md
+    CARGO_TARGET_DIR=target cargo run --release --manifest-path benches/peers/Cargo.toml --bin fftw -- {{rounds}} docs/performance.md
 
 # Write the codec's part of docs/codec.md anew: bytes, times and errors, on whole seconds of sea.
 codec:
@@ -113,7 +113,11 @@ codec:
 
 # Write the other part of docs/codec.md anew: the codec beside zfp, LERC and others; needs libzfp-dev and liblerc-dev.
 codec-peers seconds="2":
-    CARGO_TARGET_DIR=target/peers cargo run --release --manifest-path benches/peers/Cargo.toml --bin codecs -- {{seconds}} docs/codec.md
+    CARGO_TARGET_DIR=target cargo run --release --manifest-path benches/peers/Cargo.toml --bin codecs -- {{seconds}} docs/codec.md
+
+# Write docs/fanout.md anew: fan-out beside raw sockets and axum's own WebSocket; ten minutes.
+fanout *args="8 docs/fanout.md":
+    CARGO_TARGET_DIR=target cargo run --release --manifest-path benches/peers/Cargo.toml --features fanout --bin fanout -- {{args}}
 
 # Write docs/link.md anew: how well clients keep server time and playback over links that delay, jitter and stall; 95 s.
 link:

@@ -1,6 +1,6 @@
 //! The vectors in `proto/vectors`: what they hold stands here, and the files are held to it byte for byte.
 //!
-//! `SWELLCAST_BLESS=1 cargo test --test it vectors` writes them anew.
+//! `SWELLCAST_BLESS=1 cargo test --release --test it vectors` writes them anew.
 
 mod bad_frames;
 mod bad_messages;

@@ -78,10 +78,13 @@ export class Unit {
     if (pick.points === 0) return values.fill(0);
     for (let place = 0; place < this.across * this.across; place++) {
       const tileX = place % this.across, tileZ = Math.floor(place / this.across), n = size / this.across;
-      const tiles = [0, 1, 2, 3].map((i) => this.#tile(pick.slots[Math.min(i, pick.points - 1)], tileX, tileZ));
+      const frames = [0, 1, 2, 3].map((i) => this.#tile(pick.slots[Math.min(i, pick.points - 1)], tileX, tileZ));
+      const pairs = frames.map(pairsOf), tiles = frames.map(valuesOf);
       for (let c = 0; c < channels; c++) {
-        const weights = tiles.map((_, i) => (i < pick.points ? pick.weights[i] * this.step(pick.slots[i], c) : 0));
-        join(tiles, weights, c * n * n, n, values, c * plane + tileZ * n * size + tileX * n, size);
+        const weights = frames.map((_, i) => (i < pick.points ? pick.weights[i] * this.step(pick.slots[i], c) : 0));
+        const from = c * n * n, to = c * plane + tileZ * n * size + tileX * n;
+        if (pairs.every((tile) => tile !== null)) joinPairs(pairs, weights, from, n, values, to, size);
+        else join(tiles, weights, from, n, values, to, size);
       }
     }
     return values;
@@ -116,7 +119,7 @@ export class Unit {
   /** @param {number} slot @param {number} channel @param {number} x @param {number} z */
   #at(slot, channel, x, z) {
     const n = this.size / this.across;
-    const tile = this.#tile(slot, Math.floor(x / n), Math.floor(z / n));
+    const tile = valuesOf(this.#tile(slot, Math.floor(x / n), Math.floor(z / n)));
     return tile[channel * n * n + (z % n) * n + x % n];
   }
 
@@ -125,7 +128,7 @@ export class Unit {
     const tiles = this.frames[slot];
     let i = 0;
     while (i + 1 < tiles.length && (tiles[i].tileX !== tileX || tiles[i].tileZ !== tileZ)) i++;
-    return valuesOf(tiles[i]);
+    return tiles[i];
   }
 }
 
@@ -136,6 +139,38 @@ export class Unit {
  */
 function valuesOf(frame) {
   return frame.counts ?? /** @type {Float32Array} */ (frame.floats);
+}
+
+/**
+ * Counts of a frame, two in one; null where it has none, or they are not two by two.
+ * @param {DecodedFrame & {pairs?: Int32Array | null}} frame
+ * @returns {Int32Array | null}
+ */
+function pairsOf(frame) {
+  if (frame.pairs !== undefined) return frame.pairs;
+  const { counts, n } = frame, fits = counts && counts.byteOffset % 4 === 0 && n % 2 === 0;
+  return frame.pairs = fits ? new Int32Array(counts.buffer, counts.byteOffset, counts.length >> 1) : null;
+}
+
+/**
+ * As `join`, of counts two in one: to read them takes most of the time.
+ * @param {Int32Array[]} tiles
+ * @param {number[]} weights
+ * @param {number} from where the channel begins in each, in counts
+ * @param {number} n samples a side of a tile
+ * @param {Float32Array} out
+ * @param {number} to where the tile's first sample goes
+ * @param {number} stride of `out`
+ */
+function joinPairs([a, b, c, d], [wa, wb, wc, wd], from, n, out, to, stride) {
+  for (let z = 0; z < n; z++) {
+    let i = from + z * n >> 1, o = to + z * stride;
+    for (const end = i + (n >> 1); i < end; i++, o += 2) {
+      const p = a[i], q = b[i], r = c[i], s = d[i];
+      out[o] = wa * (p << 16 >> 16) + wb * (q << 16 >> 16) + wc * (r << 16 >> 16) + wd * (s << 16 >> 16);
+      out[o + 1] = wa * (p >> 16) + wb * (q >> 16) + wc * (r >> 16) + wd * (s >> 16);
+    }
+  }
 }
 
 /**

@@ -61,3 +61,16 @@ test('between frames all samples lie on the curve through four of them', () => {
   assert.equal(playback.heightAt(5, 5).toFixed(5), at(TICK + 700).toFixed(5));
   assert.deepEqual(playback.sample(TICK + 700, ['foam']), [], 'what is not held is not sampled');
 });
+
+test('all samples are what each of them is by itself, with either sign', () => {
+  const count = (tick) => (i) => (Math.imul(i + tick, 0x9e3779b1) >> 16); // anything that fits into 16 bits
+  const playback = held(() => 0);
+  for (let tick = TICK + 480; tick <= TICK + 1920; tick += 480) {
+    playback.accept(decodeFrame(makeFrame({ n: 64, tick, value: count(tick) })));
+  }
+  const [{ values }] = playback.sample(TICK + 1100, ['displacement']);
+  for (let i = 0; i < 64 * 64; i++) {
+    const one = playback.displacementAt(i % 64, Math.floor(i / 64));
+    for (let c = 0; c < 3; c++) assert.ok(Math.abs(values[c * 4096 + i] - one[c]) < 1e-5, `channel ${c}, sample ${i}`);
+  }
+});

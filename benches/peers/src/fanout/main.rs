@@ -1,6 +1,6 @@
 //! Fan-out of frames of three lengths to three crowds: ours beside raw sockets and beside axum's own WebSocket, in one run.
 //!
-//! `cargo run --release --manifest-path benches/peers/Cargo.toml --bin fanout -- [SECONDS] [PAGE or KIB:CLIENTS..]`
+//! `cargo run --release --manifest-path benches/peers/Cargo.toml --features fanout --bin fanout -- [SECONDS] [PAGE or KIB:CLIENTS..]`
 //! (`just fanout`). Each server is a process of its own, this program again; the crowd is that of `swellcast load`, on the
 //! same machine. With `128:100 128:100` only those rows are measured, in that order.
 
@@ -149,7 +149,7 @@ const PAGE: &str = "\
 
 Frames of one length, 15 a second, to a crowd of `swellcast load` on the same machine. Each cell has **ours** (`swellcast replay` of a recording of such frames) / **raw** sockets (the calibrator: one task a client, header and payload encoded once, written with nothing in between) / **axum** (its own `ws`: one task a client, `send` of shared bytes). MB/s is what the crowd received, cores what the server's process used, and MB per CPU second one by the other: that is what is compared. Where the machine is full, a client that is behind is moved to the newest frames by ours, and misses a tick at the raw sockets; as at axum's. \"Alone\" is what the crowd costs beyond its first client. Ours also answers each client's time and tells it once a second how the sea is; the raw sockets do neither.
 
-Written by `cargo run --release --manifest-path benches/peers/Cargo.toml --bin fanout -- 8 docs/fanout.md` (`just fanout`), on two shared cores that held the crowd, too.
+Written by `cargo run --release --manifest-path benches/peers/Cargo.toml --features fanout --bin fanout -- 8 docs/fanout.md` (`just fanout`), on two shared cores that held the crowd, too.
 
 | KiB a frame | clients | MB/s | cores | MB per CPU second | ours of raw | alone | ours of axum, times | raw of axum, times | age p99, ms | missing |
 |---|---|---|---|---|---|---|---|---|---|---|
