@@ -50,7 +50,8 @@ fn power(x: f64, p: f64) -> f64 {
 
 /// What swell adds to s (Horvath 2015, eq. 44): 16 tanh(wp / w) xi^2; energy narrows at low frequencies.
 pub fn horvath_swell_s(x: f64, xi: f64) -> f64 {
-    16.0 * libm::tanh(1.0 / x) * xi * xi
+    // Most seas have none of it, and this is called for every point of every cell.
+    if xi == 0.0 { 0.0 } else { 16.0 * libm::tanh(1.0 / x) * xi * xi }
 }
 
 /// Exponent s of Mitsuyasu et al. (1975): `x` = w / wp, `inverse_age` = U wp / g.
