@@ -17,14 +17,14 @@ fmt:
     cargo fmt --manifest-path benches/peers/Cargo.toml --check
 
 lint:
-    cargo clippy --all-targets -- -D warnings
+    cargo clippy --release --all-targets -- -D warnings
 
 doc:
-    RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
+    RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps
 
 # The core builds with neither network nor GPU.
 purity:
-    cargo check --lib --no-default-features
+    cargo check --release --lib --no-default-features
     ! cargo tree --no-default-features --edges normal --prefix none | grep -E '^(tokio|axum|hyper|wgpu|clap|anyhow) '
 
 # Licences, sources, bans; advisories where their database can be fetched.

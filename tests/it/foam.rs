@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use rayon::prelude::*;
 use swellcast::backend::{Backend, Cpu};
 use swellcast::engine::Stepper;
 use swellcast::plan::Demand;
@@ -18,7 +19,7 @@ use crate::support::full;
 fn coverage(scene: &Scene, seconds: i64) -> f64 {
     let timeline = Timeline::new(scene);
     let (sea, foam) = (timeline.at(0), scene.effects.foam.unwrap());
-    let mut cpu = Cpu::new(Some(2));
+    let mut cpu = Cpu::new(Some(1));
     cpu.load(&sea).unwrap();
     let (memory, end) = (foam.memory_ticks(), foam.memory_ticks() + seconds * 7200);
     let mut random = Random(scene.seed);
@@ -67,7 +68,7 @@ fn whitecaps_cover_what_the_wind_calls_for() {
     for speed in [8.0, 12.0, 16.0, 20.0_f64] {
         let mut scene = preset("beaufort-5").unwrap();
         scene.sea.wind.as_mut().unwrap().speed_mps = speed;
-        let each: Vec<f64> = (0..seeds).map(|seed| coverage(&Scene { seed, ..scene.clone() }, seconds)).collect();
+        let each: Vec<f64> = (0..seeds).into_par_iter().map(|seed| coverage(&Scene { seed, ..scene.clone() }, seconds)).collect();
         let mean = each.iter().sum::<f64>() / each.len() as f64;
         let deviation = each.iter().map(|c| (c - mean) * (c - mean)).sum::<f64>() / (each.len() - 1) as f64;
         let wanted = 3.84e-6 * speed.powf(3.41);
