@@ -68,7 +68,8 @@ fn whitecaps_cover_what_the_wind_calls_for() {
     for speed in [8.0, 12.0, 16.0, 20.0_f64] {
         let mut scene = preset("beaufort-5").unwrap();
         scene.sea.wind.as_mut().unwrap().speed_mps = speed;
-        let each: Vec<f64> = (0..seeds).into_par_iter().map(|seed| coverage(&Scene { seed, ..scene.clone() }, seconds)).collect();
+        let each: Vec<f64> =
+            (0..seeds).into_par_iter().map(|seed| coverage(&Scene { seed, ..scene.clone() }, seconds)).collect();
         let mean = each.iter().sum::<f64>() / each.len() as f64;
         let deviation = each.iter().map(|c| (c - mean) * (c - mean)).sum::<f64>() / (each.len() - 1) as f64;
         let wanted = 3.84e-6 * speed.powf(3.41);
