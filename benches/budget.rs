@@ -133,9 +133,10 @@ the layout as it is.
 
 While it runs, it looks at the steps of the last three seconds. After five seconds in a row above the budget it picks for a
 machine as much slower as was seen. After a minute in which a better setting would have taken less than 0.7 of the budget it
-goes back to that, but never beyond what fitted when it was measured; where nothing did, the machine may have been busy then,
-and only what is seen counts. Without frames it decides nothing. A layout has to settle, some 31 s, before another can follow it. Who changes the layout by hand has the last word: the budget rests until it
-is set again. It is measured for once in ten seconds at most; what was measured serves for an hour, unless what settings
+goes back to that, but never beyond what fitted when it was measured; where nothing did, the machine may have been busy
+then, and only what is seen counts. Without frames it decides nothing. A layout has to settle, some 31 s, before another can
+follow it. Who changes the layout by hand has the last word: the budget rests until it is set again. It is measured for once
+in ten seconds at most; what was measured serves for an hour, unless what settings
 follow from changes (winds of the layout, water, effects, backend).
 
 ## What budgets pick
