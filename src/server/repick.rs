@@ -19,7 +19,7 @@ pub struct Picked {
     pub point: Point,
     /// Whether it fits the budget; else it is the cheapest there is.
     pub fits: bool,
-    /// How many times as slow as it was the machine is taken to be, at least 1.
+    /// How many times as slow as it was the machine is taken to be; below 1 only where it was busy then.
     pub slower: f64,
 }
 
@@ -101,7 +101,9 @@ fn better(axis: &Axis, picked: &Picked, budget_ms: f64, slower: f64) -> Option<P
     let room = LOW / PICKED * budget_ms / slower;
     let point = axis.best_within(if picked.fits { budget_ms.min(room) } else { room })?;
     let better = !picked.fits || error(point) < error(&picked.point);
-    better.then(|| Picked { point: point.clone(), fits: true, slower: slower.max(1.0) })
+    // What it will take is told by this: not what a busy machine took.
+    let slower = if picked.fits { slower.max(1.0) } else { slower };
+    better.then(|| Picked { point: point.clone(), fits: true, slower })
 }
 
 #[cfg(test)]

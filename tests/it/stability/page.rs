@@ -5,7 +5,8 @@ use super::table::{CASES, Must};
 const HEAD: &str = "# Hard cases
 
 Written by `just stability` from `tests/it/stability/table.rs`; a test holds it to that. Every row is run by `cargo test` on
-every backend, at tick 0, after a day, 30 days, ten years, and a second before the last tick there is. All rows are run, and
+every backend, at tick 0, after a day, 30 days, ten years, and a second before the last tick there is (on a
+GPU foam at the first of them alone: its memory takes software too long). All rows are run, and
 so are scenes in which every two hard values of two fields meet (`every_pair_of_hard_values_holds`), scenes in which each
 number is NaN, infinite, -0 or subnormal (`any_number_anywhere_is_refused_by_name_or_makes_a_sea_that_holds`), and random
 ones (`tests/it/properties.rs`).
