@@ -59,6 +59,10 @@ autobahn *args:
 test-web:
     cd clients/web && SWELLCAST_REQUIRE_VECTORS=1 npm test && npm run check
 
+# Whether the web client's WebAssembly is what its sources compile to; `write` writes it anew.
+kernels *args:
+    .ci/kernels {{args}}
+
 # The Python client's tests, in an environment of its own.
 test-python:
     .ci/python

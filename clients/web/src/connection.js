@@ -2,9 +2,9 @@
 // Runs in the worker; holds no time of its own beyond what a report and a reconnect need.
 
 import { Clock } from './clock.js';
-import { Decoder, MissingError, PayloadError } from './decode.js';
+import { Decoder } from './decode.js';
 import { Fares } from './fares.js';
-import { CLASSES, CODECS, epochOf, FrameError, GROUPS } from './frame.js';
+import { CLASSES, CODECS, epochOf, FrameError, GROUPS, MissingError, PayloadError } from './frame.js';
 import {
   isThere, MessageError, parseServerMessage, reportMessage, subscribeMessage, SUBPROTOCOL, timeMessage,
 } from './messages.js';
@@ -80,7 +80,7 @@ export class Connection {
     const socket = new WebSocket(this.url, SUBPROTOCOL);
     this.socket = socket;
     this.hello = null;
-    this.decoder = new Decoder(MOST_SAMPLES);
+    this.decoder.retain(() => false);
     this.fares.reset();
     this.askedAnew = -Infinity;
     this.lastHeard = this.now();
@@ -132,6 +132,7 @@ export class Connection {
     const old = this.socket;
     this.socket = null;
     this.#stop();
+    this.decoder.retain(() => false);
     old?.close(1000);
   }
 

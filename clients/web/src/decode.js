@@ -2,21 +2,18 @@
 // Invariant: a frame that is wrong in any way is refused as a whole, and what was decoded before stands.
 
 import { inflated, restorePlane } from './deflate.js';
-import { DEFLATE, F16, F32, FrameError, HEADER_BYTES, I16, layerOf, RANS, readHeader } from './frame.js';
+import {
+  DEFLATE, F16, F32, HEADER_BYTES, I16, layerOf, MissingError, PayloadError, RANS, readHeader, TILE,
+} from './frame.js';
 import { History } from './history.js';
-import { TAPS } from './predict.js';
-import { readPlane } from './rans.js';
+import { Kernels } from './kernels.js';
+import { NOTHING, TAPS } from './predict.js';
 
 /** Of each length: all units of a tick and a few more. */
 const MOST_SPARE = 32;
 const MOST_LENGTHS = 16;
+const MOST_COUNTS = 3 * TILE * TILE;
 const TAPS_BYTES = 2 * TAPS + 4;
-
-/** A frame that is predicted from one that is not held: its unit must begin anew. */
-export class MissingError extends FrameError {}
-
-/** A frame whose header is right and whose payload is not: what follows can't be predicted from it. */
-export class PayloadError extends FrameError {}
 
 /**
  * @typedef {import('./frame.js').Frame & {counts: Int16Array | null, floats: Float32Array | null}} DecodedFrame all planes,
@@ -24,9 +21,12 @@ export class PayloadError extends FrameError {}
  */
 
 /** @typedef {import('./frame.js').Frame} Frame */
+/** @typedef {import('./history.js').Kept} Kept */
 /** @typedef {Pick<Frame, 'cascade' | 'level' | 'class' | 'group' | 'codec'>} UnitKey */
 /** @typedef {UnitKey & {tiles: Map<number, History>}} UnitHistory */
-/** @typedef {(channel: number) => Int16Array[]} Basis the planes that a channel is predicted from; none at depth 0 */
+
+/** @type {{kernels: Kernels, scratch: number} | undefined} of all decoders of a thread; `scratch`: counts of a largest frame */
+let shared;
 
 /** Bounded: what is kept for predictions is four frames of a tile, of no more samples in all than it was made for. */
 export class Decoder {
@@ -40,6 +40,12 @@ export class Decoder {
     /** @type {Map<number, UnitHistory>} */
     this.units = new Map();
     this.taps = [0, 1, 2].map(() => new Int16Array(TAPS));
+    if (!shared) {
+      const kernels = new Kernels();
+      shared = { kernels, scratch: kernels.exports.take_counts(MOST_COUNTS) };
+    }
+    this.kernels = shared.kernels;
+    this.scratch = shared.scratch;
     /** @type {Map<number, ArrayBuffer[]>} by length: memory of counts that nobody needs any more */
     this.spare = new Map();
   }
@@ -56,17 +62,21 @@ export class Decoder {
   }
 
   /**
-   * Forgets the frames of units that are not wanted any more.
+   * Forgets the frames of units that are not wanted any more. Who needs a decoder no longer wants none.
    * @param {(unit: UnitKey) => boolean} wanted
    */
   retain(wanted) {
-    for (const [key, unit] of this.units) if (!wanted(unit)) this.units.delete(key);
+    for (const [key, unit] of this.units) {
+      if (wanted(unit)) continue;
+      unit.tiles.forEach((history) => history.dispose());
+      this.units.delete(key);
+    }
   }
 
   /**
    * @param {ArrayBuffer} buffer one whole binary message
    * @returns {DecodedFrame}
-   * @throws {FrameError}
+   * @throws {import('./frame.js').FrameError}
    */
   decode(buffer) {
     const frame = /** @type {DecodedFrame} */ (readHeader(buffer));
@@ -86,45 +96,36 @@ export class Decoder {
   /** @param {DecodedFrame} frame @param {ArrayBuffer} buffer */
   #predicted(frame, buffer) {
     const { codec, tick, depth, channels, n } = frame;
-    const history = this.#history(frame);
+    const history = this.#history(frame), basis = depth === 0 ? [] : history?.basis(tick, depth);
+    if (!basis) throw new MissingError(`predicted from a frame that is not held: depth ${depth} at tick ${tick}`);
     const spare = this.spare.get(2 * channels * n * n)?.pop();
     const counts = frame.counts = spare ? new Int16Array(spare) : new Int16Array(channels * n * n);
-    /** @type {Basis} */
-    const basis = (channel) => {
-      if (depth === 0) return [];
-      const planes = history?.basis(tick, depth, channel);
-      if (!planes) throw new MissingError(`predicted from a frame that is not held: depth ${depth} at tick ${tick}`);
-      return planes;
-    };
-    try {
-      if (codec === RANS) this.#rans(frame, buffer, basis, counts);
-      else this.#deflate(frame, buffer, basis, counts);
-    } catch (error) {
-      if (error instanceof FrameError && error.constructor === FrameError) throw new PayloadError(error.message);
-      throw error;
-    }
+    if (codec === RANS) this.#rans(frame, buffer, basis, counts);
+    else this.#deflate(frame, buffer, basis, counts);
     if (layerOf(tick) < 2) this.#keep(frame, history, counts);
   }
 
-  /** @param {Frame} frame @param {ArrayBuffer} buffer @param {Basis} basis @param {Int16Array} counts */
-  #rans({ depth, channels, n }, buffer, basis, counts) {
-    const view = new DataView(buffer), words = new Uint16Array(buffer, 0, buffer.byteLength >> 1);
-    let at = HEADER_BYTES;
-    for (let c = 0; c < channels; c++) {
-      if (readTaps(view, at, this.taps[c])) throw new FrameError('payload: wide, which only deflate is');
-      const plane = counts.subarray(c * n * n, (c + 1) * n * n);
-      at = readPlane(view, words, at + TAPS_BYTES, depth, basis(c), this.taps[c], n, plane);
+  /** @param {Frame} frame @param {ArrayBuffer} buffer @param {Kept[]} basis @param {Int16Array} counts */
+  #rans({ depth, channels, n }, buffer, [a, b, c], counts) {
+    const { kernels, scratch } = this, { read_plane: readPlane } = kernels.exports;
+    kernels.hold(new Uint8Array(buffer, HEADER_BYTES));
+    let at = 0;
+    for (let channel = 0; channel < channels; channel++) {
+      const taken = readPlane(at, depth, channel, n, scratch, a?.name ?? 0, b?.name ?? 0, c?.name ?? 0);
+      if (taken < 0) throw new PayloadError(`payload: ${kernels.fault()}`);
+      at += taken;
     }
-    if (at !== buffer.byteLength) throw new FrameError('payload: bytes after the last plane');
+    if (at !== buffer.byteLength - HEADER_BYTES) throw new PayloadError('payload: bytes after the last plane');
+    counts.set(kernels.counts(scratch, 0, counts.length));
   }
 
-  /** @param {Frame} frame @param {ArrayBuffer} buffer @param {Basis} basis @param {Int16Array} counts */
+  /** @param {Frame} frame @param {ArrayBuffer} buffer @param {Kept[]} basis @param {Int16Array} counts */
   #deflate({ depth, channels, n }, buffer, basis, counts) {
-    if (!this.inflate) throw new FrameError('codec deflate is not read here');
+    if (!this.inflate) throw new PayloadError('codec deflate is not read here');
     const view = new DataView(buffer), samples = n * n, wide = [];
     for (let c = 0; c < channels; c++) wide.push(readTaps(view, HEADER_BYTES + c * TAPS_BYTES, this.taps[c]));
     if (depth === 0 && this.taps.slice(0, channels).some((taps) => taps.some((tap) => tap !== 0))) {
-      throw new FrameError('payload: taps where they are fixed');
+      throw new PayloadError('payload: taps where they are fixed');
     }
     const size = samples * (channels + wide.filter(Boolean).length);
     const bytes = inflated(this.inflate, new Uint8Array(buffer, HEADER_BYTES + channels * TAPS_BYTES), size);
@@ -132,7 +133,8 @@ export class Decoder {
     const take = () => bytes.subarray(at, at += samples);
     for (let c = 0; c < channels; c++) {
       const low = take(), high = wide[c] ? take() : null;
-      restorePlane(low, high, depth, basis(c), this.taps[c], n, counts.subarray(c * samples, (c + 1) * samples));
+      const planes = [0, 1, 2].map((i) => (basis[i] ? this.kernels.counts(basis[i].name, c * samples, samples) : NOTHING));
+      restorePlane(low, high, depth, planes, this.taps[c], n, counts.subarray(c * samples, (c + 1) * samples));
     }
   }
 
@@ -152,11 +154,12 @@ export class Decoder {
     let history = held;
     if (!history) {
       let unit = this.units.get(key);
+      unit?.tiles.get(tile)?.dispose();
       unit?.tiles.delete(tile);
       // More than was asked for: what comes of it can't be predicted from.
       if (this.#samples() + channels * n * n > this.mostSamples) return;
       if (!unit) this.units.set(key, unit = { cascade, level, class: kind, group, codec, tiles: new Map() });
-      history = new History(epoch, channels, n * n);
+      history = new History(this.kernels, epoch, channels, n * n);
       unit.tiles.set(tile, history);
     }
     history.keep(frame.tick, counts);
@@ -175,7 +178,7 @@ export class Decoder {
  * Reads a frame that stands by itself.
  * @param {ArrayBuffer} buffer
  * @returns {DecodedFrame}
- * @throws {FrameError}
+ * @throws {import('./frame.js').FrameError}
  */
 export function decodeFrame(buffer) {
   return new Decoder(0).decode(buffer);
@@ -197,10 +200,10 @@ function keyOf({ cascade, level, class: kind, group, codec }) {
  * @returns {boolean} whether residuals have two bytes
  */
 function readTaps(view, at, taps) {
-  if (view.byteLength - at < TAPS_BYTES) throw new FrameError('payload: too short');
+  if (view.byteLength - at < TAPS_BYTES) throw new PayloadError('payload: too short');
   for (let i = 0; i < TAPS; i++) taps[i] = view.getInt16(at + 2 * i, true);
   const wide = view.getUint32(at + 2 * TAPS, true);
-  if (wide > 1) throw new FrameError('payload: bytes after the taps');
+  if (wide > 1) throw new PayloadError('payload: bytes after the taps');
   return wide === 1;
 }
 

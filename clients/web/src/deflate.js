@@ -1,7 +1,7 @@
 // Counts from the residuals of codec 2 (PROTOCOL.md section 10). Inflating is whoever's who uses it: browsers inflate
 // only in their own time, so this client asks for codec 1, and Node has zlib.
 
-import { FrameError } from './frame.js';
+import { PayloadError } from './frame.js';
 import { predictRow, row } from './predict.js';
 
 /**
@@ -42,15 +42,15 @@ function around(counts, n, x, z, i) {
  * @param {Uint8Array} stream
  * @param {number} size
  * @returns {Uint8Array} exactly so many bytes
- * @throws {FrameError}
+ * @throws {PayloadError}
  */
 export function inflated(inflate, stream, size) {
   let bytes;
   try {
     bytes = inflate(stream, size);
   } catch (error) {
-    throw new FrameError(`payload: no deflate stream: ${/** @type {Error} */ (error).message}`);
+    throw new PayloadError(`payload: no deflate stream: ${/** @type {Error} */ (error).message}`);
   }
-  if (bytes.length !== size) throw new FrameError(`payload: ${bytes.length} bytes of residuals, must be ${size}`);
+  if (bytes.length !== size) throw new PayloadError(`payload: ${bytes.length} bytes of residuals, must be ${size}`);
   return bytes;
 }

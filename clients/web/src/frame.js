@@ -18,14 +18,21 @@ export const SLOWEST_INTERVAL = 480;
 export const MAX_DEPTH = 3;
 /** Depth of a frame that is predicted from those on both sides of it. */
 export const BETWEEN = 4;
+/** Samples a side of the largest tile. */
+export const TILE = 256;
 
 const MAGIC = 0x31465753; // "SWF1", little-endian
-const TILE = 256;
 const MAX_TICK_HIGH = 0x1fffff; // upper half of 2^53 - 1
 const TABLES_BYTES = 8192; // beside its samples, a coded frame is never longer
 
 /** A frame that must be dropped; `message` says why. */
 export class FrameError extends Error {}
+
+/** A frame that is predicted from one that is not held: its unit must begin anew. */
+export class MissingError extends FrameError {}
+
+/** A frame whose header is right and whose payload is not: what follows can't be predicted from it. */
+export class PayloadError extends FrameError {}
 
 /**
  * @typedef {object} Frame

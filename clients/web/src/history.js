@@ -4,24 +4,18 @@
 // again, so what is kept is a copy.
 
 import { BETWEEN, layerOf, MAX_DEPTH, SLOWEST_INTERVAL } from './frame.js';
-import { NOTHING } from './predict.js';
 
-class Kept {
-  /** @param {number} channels @param {number} samples */
-  constructor(channels, samples) {
-    this.tick = -1;
-    this.counts = new Int16Array(channels * samples);
-    this.planes = Array.from({ length: channels }, (_, c) => this.counts.subarray(c * samples, (c + 1) * samples));
-  }
-}
+/** @typedef {{tick: number, name: number}} Kept `name`: of its counts among the kernels' */
 
 export class History {
   /**
+   * @param {import('./kernels.js').Kernels} kernels that read planes
    * @param {string} epoch
    * @param {number} channels
    * @param {number} samples of a channel
    */
-  constructor(epoch, channels, samples) {
+  constructor(kernels, epoch, channels, samples) {
+    this.kernels = kernels;
     this.epoch = epoch;
     this.channels = channels;
     this.samples = samples;
@@ -31,24 +25,21 @@ export class History {
     this.middle = null;
     /** @type {Kept[]} memory of what is no longer held */
     this.spare = [];
-    this.found = [NOTHING, NOTHING, NOTHING];
   }
 
   /**
-   * What channel `channel` of a frame is predicted from.
+   * What a frame is predicted from.
    * @param {number} tick
    * @param {number} depth above 0
-   * @param {number} channel
-   * @returns {Int16Array[] | null} three, good until the next call; null where something is not held
+   * @returns {Kept[] | null} as many as the depth asks for; null where one is not held
    */
-  basis(tick, depth, channel) {
-    const { found } = this;
-    found.fill(NOTHING);
+  basis(tick, depth) {
     const count = depth === BETWEEN ? 2 : depth, gap = (SLOWEST_INTERVAL / 2) >> (layerOf(tick) - 1);
+    const found = [];
     for (let i = 0; i < count; i++) {
       const kept = this.#at(depth === BETWEEN ? tick - gap + 2 * gap * i : tick - (i + 1) * SLOWEST_INTERVAL);
       if (!kept) return null;
-      found[i] = kept.planes[channel];
+      found.push(kept);
     }
     return found;
   }
@@ -71,11 +62,21 @@ export class History {
     }
   }
 
+  /** Gives all memory back. */
+  dispose() {
+    for (const kept of [...this.base, ...this.spare, ...(this.middle ? [this.middle] : [])]) {
+      this.kernels.exports.give_counts(kept.name);
+    }
+    this.base = this.spare = [];
+    this.middle = null;
+  }
+
   /** @param {number} tick @param {Int16Array} counts */
   #copy(tick, counts) {
-    const kept = this.spare.pop() ?? new Kept(this.channels, this.samples);
+    const size = this.channels * this.samples;
+    const kept = this.spare.pop() ?? { tick, name: this.kernels.exports.take_counts(size) };
     kept.tick = tick;
-    kept.counts.set(counts);
+    this.kernels.counts(kept.name, 0, size).set(counts);
     return kept;
   }
 

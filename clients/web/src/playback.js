@@ -152,11 +152,13 @@ export class Playback {
    */
   sample(tick, groups = GROUPS) {
     this.seek(tick);
-    return this.active.flatMap((layer) => this.units[layer].flatMap((unit, group) => {
+    const units = this.active.flatMap((layer) => this.units[layer].flatMap((unit, group) => {
       if (!unit || unit.pick.points === 0 || !groups.includes(GROUPS[group])) return [];
-      const cascade = this.cascades[layer];
-      return [{ cascade, group: GROUPS[group], n: unit.size, values: unit.sample(), starved: unit.pick.starved }];
+      return [{ unit, cascade: this.cascades[layer], group: GROUPS[group] }];
     }));
+    for (const { unit } of units) unit.prepare(); // first: where memory grows, what was sampled before goes
+    return units.map(({ unit, cascade, group }) => (
+      { cascade, group, n: unit.size, values: unit.sample(), starved: unit.pick.starved }));
   }
 
   /**

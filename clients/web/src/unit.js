@@ -1,5 +1,6 @@
 // The frames of one unit, held as they came: which of them make a moment, and what they say then.
 
+import { Joined } from './joined.js';
 import { Pick, Ring, RING_SLOTS } from './ring.js';
 
 /** @typedef {import('./decode.js').DecodedFrame} DecodedFrame */
@@ -23,7 +24,9 @@ export class Unit {
     this.pick = new Pick();
     /** @type {DecodedFrame[][]} by slot of the ring: tiles, in the order in which they came */
     this.frames = Array.from({ length: RING_SLOTS }, () => []);
-    /** @type {Float32Array | null} what `sample` fills in */
+    /** @type {Joined | null} what `sample` joins counts by */
+    this.joined = null;
+    /** @type {Float32Array | null} what it fills in where there are none */
     this.values = null;
     /** @type {{dispose(): void} | null} what draws from this unit: let go of with it */
     this.attached = null;
@@ -68,23 +71,27 @@ export class Unit {
     return first.counts ? first.step[channel] : 1;
   }
 
+  /** Takes what memory `sample` needs. */
+  prepare() {
+    if (this.pick.points > 0 && this.#counted()) (this.joined ??= new Joined(this)).hold();
+    else this.values ??= new Float32Array(this.channels * this.size * this.size);
+  }
+
   /**
-   * All samples at the moment last sought.
+   * All samples at the moment last sought, which was prepared.
    * @returns {Float32Array} `[channel][z][x]` in metres (or 1); filled in anew by the next call
    */
   sample() {
     const { size, channels, pick } = this, plane = size * size;
-    const values = this.values ??= new Float32Array(channels * plane);
-    if (pick.points === 0) return values.fill(0);
-    for (let place = 0; place < this.across * this.across; place++) {
-      const tileX = place % this.across, tileZ = Math.floor(place / this.across), n = size / this.across;
-      const frames = [0, 1, 2, 3].map((i) => this.#tile(pick.slots[Math.min(i, pick.points - 1)], tileX, tileZ));
-      const pairs = frames.map(pairsOf), tiles = frames.map(valuesOf);
-      for (let c = 0; c < channels; c++) {
-        const weights = frames.map((_, i) => (i < pick.points ? pick.weights[i] * this.step(pick.slots[i], c) : 0));
-        const from = c * n * n, to = c * plane + tileZ * n * size + tileX * n;
-        if (pairs.every((tile) => tile !== null)) joinPairs(pairs, weights, from, n, values, to, size);
-        else join(tiles, weights, from, n, values, to, size);
+    if (this.joined && pick.points > 0 && this.#counted()) return this.joined.join();
+    const values = /** @type {Float32Array} */ (this.values).fill(0);
+    for (let i = 0; i < pick.points; i++) {
+      for (const frame of this.frames[pick.slots[i]]) {
+        const { n, tileX, tileZ } = frame, tile = valuesOf(frame);
+        for (let j = 0; j < channels * n * n; j++) {
+          const c = Math.floor(j / (n * n)), x = tileX * n + j % n, z = tileZ * n + Math.floor(j / n) % n;
+          values[c * plane + z * size + x] += pick.weights[i] * this.step(pick.slots[i], c) * tile[j];
+        }
       }
     }
     return values;
@@ -113,7 +120,15 @@ export class Unit {
 
   dispose() {
     this.attached?.dispose();
-    this.attached = null;
+    this.joined?.dispose();
+    this.attached = this.joined = null;
+  }
+
+  /** Whether all frames of the moment are counts. */
+  #counted() {
+    const { pick } = this;
+    for (let i = 0; i < pick.points; i++) if (this.frames[pick.slots[i]].some(({ counts }) => !counts)) return false;
+    return true;
   }
 
   /** @param {number} slot @param {number} channel @param {number} x @param {number} z */
@@ -139,53 +154,4 @@ export class Unit {
  */
 function valuesOf(frame) {
   return frame.counts ?? /** @type {Float32Array} */ (frame.floats);
-}
-
-/**
- * Counts of a frame, two in one; null where it has none, or they are not two by two.
- * @param {DecodedFrame & {pairs?: Int32Array | null}} frame
- * @returns {Int32Array | null}
- */
-function pairsOf(frame) {
-  if (frame.pairs !== undefined) return frame.pairs;
-  const { counts, n } = frame, fits = counts && counts.byteOffset % 4 === 0 && n % 2 === 0;
-  return frame.pairs = fits ? new Int32Array(counts.buffer, counts.byteOffset, counts.length >> 1) : null;
-}
-
-/**
- * As `join`, of counts two in one: to read them takes most of the time.
- * @param {Int32Array[]} tiles
- * @param {number[]} weights
- * @param {number} from where the channel begins in each, in counts
- * @param {number} n samples a side of a tile
- * @param {Float32Array} out
- * @param {number} to where the tile's first sample goes
- * @param {number} stride of `out`
- */
-function joinPairs([a, b, c, d], [wa, wb, wc, wd], from, n, out, to, stride) {
-  for (let z = 0; z < n; z++) {
-    let i = from + z * n >> 1, o = to + z * stride;
-    for (const end = i + (n >> 1); i < end; i++, o += 2) {
-      const p = a[i], q = b[i], r = c[i], s = d[i];
-      out[o] = wa * (p << 16 >> 16) + wb * (q << 16 >> 16) + wc * (r << 16 >> 16) + wd * (s << 16 >> 16);
-      out[o + 1] = wa * (p >> 16) + wb * (q >> 16) + wc * (r >> 16) + wd * (s >> 16);
-    }
-  }
-}
-
-/**
- * The weighted sum of one channel of four tiles, written into a plane.
- * @param {(Int16Array | Float32Array)[]} tiles
- * @param {number[]} weights
- * @param {number} from where the channel begins in each
- * @param {number} n samples a side of a tile
- * @param {Float32Array} out
- * @param {number} to where the tile's first sample goes
- * @param {number} stride of `out`
- */
-function join([a, b, c, d], [wa, wb, wc, wd], from, n, out, to, stride) {
-  for (let z = 0; z < n; z++) {
-    let i = from + z * n, o = to + z * stride;
-    for (const end = i + n; i < end; i++, o++) out[o] = wa * a[i] + wb * b[i] + wc * c[i] + wd * d[i];
-  }
 }

@@ -3,8 +3,8 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import { inflateRawSync } from 'node:zlib';
-import { Decoder, decodeFrame, MissingError, PayloadError } from '../src/decode.js';
-import { FrameError } from '../src/frame.js';
+import { Decoder, decodeFrame } from '../src/decode.js';
+import { FrameError, MissingError, PayloadError } from '../src/frame.js';
 import { deflatePayload, ransPlane } from './codec.js';
 import { makeFrame, randomFrom } from './frames.js';
 
