@@ -20,6 +20,8 @@ pub mod tile;
 
 pub mod engine;
 
+pub mod body;
+
 #[cfg(feature = "server")]
 pub mod accuracy;
 

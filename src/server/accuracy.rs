@@ -7,9 +7,9 @@ use tokio::sync::Mutex;
 use tokio::task::spawn_blocking;
 
 use super::ocean::Ocean;
-use super::problem::Problem;
 use crate::accuracy::claims;
 use crate::accuracy::serving::{errors_at, settings};
+use crate::body::Problem;
 use crate::sea::Timeline;
 use crate::wire::{Codec, ErrorClass, Group, TICKS_PER_SECOND, UnitName};
 

@@ -13,12 +13,11 @@ use serde_json::{Value, json};
 use tokio::task::spawn_blocking;
 
 use super::budget::Budget;
-use super::change_body::ChangeBody;
-use super::fields::{MAX_BODY, read_body};
 use super::ocean::Ocean;
-use super::problem::Problem;
 use super::proposal::{Proposal, told};
+use super::read_body::{MAX_BODY, read_body};
 use super::{accuracy, hello, metrics, plan, probe, upgrade, viewer};
+use crate::body::{ChangeBody, Problem};
 use crate::scene::{CascadesFile, SceneFile};
 use crate::wire::TICKS_PER_SECOND;
 

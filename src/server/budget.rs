@@ -11,13 +11,12 @@ use http::StatusCode;
 use serde_json::{Value, json};
 
 use super::allowance::Allowance;
-use super::fields::{Fields, missing};
 use super::ocean::Ocean;
 use super::pace::Pace;
-use super::problem::Problem;
 use super::repick::{Picked, Watch};
 use crate::accuracy::serving::Setting;
 use crate::accuracy::{Axis, Point};
+use crate::body::{Fields, Problem, missing};
 use crate::control::Answer;
 use crate::scene::Scene;
 use crate::wire::TICKS_PER_SECOND;
@@ -30,6 +29,8 @@ const LASTS: i64 = 3600 * TICKS_PER_SECOND;
 const TICKS_PER_MEASUREMENT: i64 = 10 * TICKS_PER_SECOND;
 /// Settings are measured for a budget at least so large, milliseconds, so that another small one needs no measurement.
 const LEAST_MOST_MS: f64 = 4.0;
+/// Heights that are this far off, as a share of Hs, are hardly there: all waves together have an rms of Hs / 4.
+const FLAT: f64 = 0.24;
 
 /// The budget of a sea.
 pub struct Budget {
@@ -226,7 +227,10 @@ impl Held {
         let (Phase::Picked(pick), Some(budget_ms)) = (&self.phase, self.budget_ms) else { return None };
         let Picked { point, fits, slower } = &pick.picked;
         let off = |point: &Point| {
-            let height = point.errors.height_rms.map(|height| format!("heights off by {:.2} % of Hs", 100.0 * height));
+            let height = point.errors.height_rms.map(|height| {
+                let flat = if height > FLAT { ", as a flat sea's are" } else { "" };
+                format!("heights off by {:.2} % of Hs{flat}", 100.0 * height)
+            });
             let normal = point.errors.normal_deg.map(|degrees| format!("normals by {degrees:.1} degrees"));
             [height, normal].into_iter().flatten().collect::<Vec<_>>().join(", ")
         };

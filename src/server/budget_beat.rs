@@ -7,11 +7,11 @@ use tokio::task::spawn_blocking;
 
 use super::budget::{Held, Measured, Phase, Pick};
 use super::ocean::Ocean;
-use super::problem::Problem;
-use super::proposal::{Proposal, When};
+use super::proposal::Proposal;
 use super::repick::{Picked, Second, Watch, pick};
 use crate::accuracy::serving::{Measuring, Setting, measure, settings};
 use crate::backend::{Backend, Cpu};
+use crate::body::{Problem, When};
 use crate::control::Answer;
 use crate::scene::{KEEP_TICKS, Scene};
 use crate::sea::{Cascade, Layout, Timeline};

@@ -7,8 +7,8 @@ use tokio::sync::Mutex;
 use tokio::task::spawn_blocking;
 
 use super::ocean::Ocean;
-use super::problem::Problem;
 use crate::backend::{BackendError, Cpu};
+use crate::body::Problem;
 use crate::engine::{EffectCost, effect_costs, fields_of_points};
 use crate::plan::Listing;
 use crate::sea::Cascade;

@@ -9,11 +9,10 @@ use serde::Serialize;
 use tokio::sync::{Mutex, OwnedSemaphorePermit, Semaphore};
 use tokio::task::spawn_blocking;
 
-use super::fields::{LARGEST_BODY, read_body_into};
 use super::ocean::Ocean;
-use super::probe_body::ProbeBody;
-use super::problem::Problem;
+use super::read_body::{LARGEST_BODY, read_body_into};
 use crate::backend::Cpu;
+use crate::body::{ProbeBody, Problem};
 use crate::engine::{ProbeAnswer, ProbeError, ProbeMethod, Probed, Prober};
 use crate::sea::Timeline;
 use crate::wire::TICKS_PER_SECOND;

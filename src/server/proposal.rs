@@ -3,13 +3,12 @@
 use std::sync::Arc;
 
 use http::StatusCode;
-use serde::Serialize;
 use tokio::task::spawn_blocking;
 
 use super::allowance::Allowance;
 use super::hello::reach;
 use super::ocean::{Current, Held, Ocean};
-use super::problem::Problem;
+use crate::body::{Problem, When};
 use crate::control::{Answer, Key, StoreError};
 use crate::scene::{Change, ChangeKind, CrossFade};
 use crate::sea::{Cascade, MAX_OVERLAPPING, Timeline};
@@ -46,30 +45,6 @@ pub struct Proposal {
     pub key: Option<String>,
     /// Newest entries of the log that the sender has in mind; `None`: any.
     pub if_match: Option<Vec<u64>>,
-}
-
-/// When a change is to act.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum When {
-    /// As soon as it can.
-    Soon,
-    /// At a tick.
-    Tick(i64),
-    /// This many seconds after the request came.
-    In(f64),
-}
-
-impl When {
-    /// The tick that is meant, for a request that came at tick `arrived`. Saturates: [`Change::check_time`] refuses
-    /// what no tick can be.
-    pub fn tick(self, arrived: i64, earliest: i64) -> i64 {
-        match self {
-            Self::Soon => earliest,
-            Self::Tick(tick) => tick,
-            Self::In(s) => arrived.saturating_add((s * TICKS_PER_SECOND as f64) as i64),
-        }
-    }
 }
 
 /// What deciding needs to remember.

@@ -11,9 +11,9 @@ use hyper::upgrade::OnUpgrade;
 use hyper_util::rt::TokioIo;
 
 use super::ocean::Ocean;
-use super::problem::Problem;
 use super::session;
 use super::socket::Socket;
+use crate::body::Problem;
 use crate::wire::SUBPROTOCOL;
 
 /// RFC 6455, section 1.3.

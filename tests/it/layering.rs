@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms in the order the data flows. A room imports only rooms before it ...
-const ORDER: [&str; 16] = [
+const ORDER: [&str; 17] = [
     "wire",
     "scene",
     "sea",
@@ -14,6 +14,7 @@ const ORDER: [&str; 16] = [
     "reference",
     "tile",
     "engine",
+    "body",
     "accuracy",
     "control",
     "recording",
@@ -24,10 +25,12 @@ const ORDER: [&str; 16] = [
 ];
 
 /// ... and of those not these: what each must not know.
-const MUST_NOT_KNOW: [(&str, &[&str]); 6] = [
+const MUST_NOT_KNOW: [(&str, &[&str]); 7] = [
     // The reference checks the fast path, and shares none of it.
     ("reference", &["pass", "backend"]),
     ("tile", &["backend", "reference"]),
+    // Read, and no more.
+    ("body", &["sea", "plan", "pass", "backend", "reference", "tile"]),
     ("control", &["pass", "backend", "reference", "tile", "engine"]),
     // A file of frames and messages.
     ("recording", &["scene", "sea", "plan", "pass", "backend", "reference", "tile", "engine", "control"]),

@@ -168,7 +168,7 @@ async fn changes_come_again_when_they_came() {
         )
         .await
     };
-    let (kept, answer) = tokio::join!(recorded(&live, &path, 5.0), change);
+    let (kept, answer) = tokio::join!(recorded(&live, &path, 6.0), change);
     assert_eq!((kept.changes, answer.status), (1, 202), "{answer:?}");
     let effective = answer.json()["effective_tick"].as_i64().unwrap();
     live.stop().await;
@@ -198,7 +198,7 @@ async fn changes_come_again_when_they_came() {
     assert_eq!(log["changes"][1]["change"]["speed_mps"], 14.0, "{log}");
     again.stop().await;
     // Who begins behind it has it in force at once.
-    let later = replayed(&path, ReplaySettings { from_s: 3.0, repeat: false }).await;
+    let later = replayed(&path, ReplaySettings { from_s: 5.0, repeat: false }).await;
     assert_eq!(later.ocean.current().sequence, 2);
     let log = later.get("/v1/scenes/small/log").await.json();
     assert_eq!(log["changes"][1]["effective_tick"], json!(effective), "{log}");

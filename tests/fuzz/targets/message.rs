@@ -4,8 +4,8 @@
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
+use swellcast::body::{ChangeBody, ProbeBody, Problem};
 use swellcast::scene::{Change, ChangeKind, MAX_TRANSITION_TICKS, Scene, preset};
-use swellcast::server::{ChangeBody, ProbeBody, Problem};
 use swellcast::wire::{ClientMessage, FARTHEST_M, MAX_TICK, ServerMessage};
 
 static SCENE: LazyLock<Scene> = LazyLock::new(|| preset("beaufort-5").expect("a preset"));

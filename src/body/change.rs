@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::fields::{Fields, missing};
 use super::problem::Problem;
-use super::proposal::When;
+use super::when::When;
 use crate::scene::{CascadesFile, ChangeKind};
 
 /// How long the sea takes to follow a change that does not say.

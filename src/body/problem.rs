@@ -1,11 +1,9 @@
 //! Every refusal of the HTTP side, as an RFC 9457 problem document.
 
-use axum::response::{IntoResponse, Response};
-use http::{HeaderValue, StatusCode, header};
+use http::StatusCode;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::control::StoreError;
 use crate::scene::SceneError;
 
 /// A refusal. `kind` is for programs and never changes its meaning; `detail` is for people.
@@ -91,6 +89,16 @@ impl Problem {
         self
     }
 
+    /// How it is told over HTTP.
+    pub fn status(&self) -> StatusCode {
+        self.0.status
+    }
+
+    /// When to try again, seconds from now, where that may help.
+    pub fn retry_after_s(&self) -> Option<u32> {
+        self.0.retry_after_s
+    }
+
     /// What is wrong, for people.
     pub fn detail(&self) -> &str {
         &self.0.detail
@@ -132,30 +140,5 @@ impl From<SceneError> for Problem {
                 Self::new(StatusCode::UNPROCESSABLE_ENTITY, "invalid-value", "A value is out of bounds", detail)
             }
         }
-    }
-}
-
-impl From<StoreError> for Problem {
-    fn from(error: StoreError) -> Self {
-        if let StoreError::KeyReused { key } = &error {
-            let title = "The key stands for another request";
-            return Self::new(StatusCode::UNPROCESSABLE_ENTITY, "key-reused", title, error.to_string())
-                .at("Idempotency-Key")
-                .found(key.as_str());
-        }
-        tracing::error!(%error, "control log");
-        Self::internal("the control log can't be read or written")
-    }
-}
-
-impl IntoResponse for Problem {
-    fn into_response(self) -> Response {
-        let (body, problem) = (self.document(), self.0);
-        let kind = [(header::CONTENT_TYPE, "application/problem+json"), (header::CACHE_CONTROL, "no-store")];
-        let mut response = (problem.status, kind, body).into_response();
-        if let Some(seconds) = problem.retry_after_s {
-            response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
-        }
-        response
     }
 }
