@@ -12,7 +12,7 @@ export class Joined {
     this.unit = unit;
     this.samples = unit.size * unit.size;
     this.length = unit.channels * this.samples;
-    /** @type {{tick: number, name: number}[]} frames as whole patches: four around a moment, and one to come */
+    /** @type {{tick: number, name: number}[]} frames as whole patches, four at most */
     this.frames = [];
     this.values = exports.take_values(this.length);
   }
