@@ -22,7 +22,7 @@ const COMPARED_S: i64 = 4;
 
 /// Steps a second of foam. Nothing where the scene has none, or its water never breaks.
 pub fn foam(ground: &Ground, left_out: &mut Vec<String>) -> Option<Axis> {
-    let side = if ground.quick { 24 } else { 48 };
+    let side = if ground.quick { 10 } else { 48 };
     let settings = ground.scene.effects.foam;
     let (Some(foam), Some(cascade)) = (settings, most_breaking(&ground.sea, ground.tick, side)) else {
         left_out.push("foam step: the scene has no foam, or no water that breaks".to_owned());

@@ -78,6 +78,10 @@ impl Sender {
 
     /// Sends a surface; of the bytes those of frames in `counted`, and the time, count.
     fn send(&mut self, surface: &Surface, counted: &Range<i64>, ground: &Ground) {
+        // What is predicted from nothing has no use for frames before and after.
+        if (self.way.keys || !self.way.codec.predicts()) && !counted.contains(&surface.tick) {
+            return;
+        }
         // Whoever has nothing to predict from makes key frames, and those are of the lowest rate.
         let tick = if self.way.keys { surface.tick * (SLOWEST_INTERVAL / INTERVAL) } else { surface.tick };
         if self.way.keys {

@@ -17,6 +17,9 @@ use crate::backend::Cpu;
 use crate::engine::{Clock, Opener};
 use crate::scene::Scene;
 
+/// The finest grids that a server can be run at which are looked at where it is quick.
+const MOST_QUICKLY: usize = 128;
+
 /// What to measure.
 pub struct Sweep {
     /// The scene.
@@ -74,7 +77,8 @@ pub fn sweep(sweep: &Sweep, clock: &Clock, progress: &mut dyn FnMut(&Progress<'_
     told(0.75, "stages");
     let stages = stages(&ground, &mut |n| told(0.75, &format!("stages, N = {n}")));
     told(0.85, "serving");
-    let settings = settings(&sweep.scene);
+    let mut settings = settings(&sweep.scene);
+    settings.retain(|setting| !sweep.quick || setting.cascades.n.is_none_or(|n| n <= MOST_QUICKLY));
     let mut measuring = Measuring {
         clock,
         open: &|| Ok(Box::new(Cpu::new(None))),

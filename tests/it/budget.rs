@@ -11,7 +11,7 @@ use swellcast::backend::{Backend, Cpu};
 use swellcast::control::{Epoch, Store};
 use swellcast::engine::{Clock, Times, lost_between};
 use swellcast::scene::{Model, PRESETS, Scene, preset};
-use swellcast::sea::Layout;
+use swellcast::sea::{Layout, Timeline};
 use swellcast::server::{Ocean, Settings};
 
 use crate::served::{PATIENCE, Served};
@@ -66,6 +66,12 @@ fn waves_that_are_added_take_error_away_and_every_run_finds_the_same() {
         assert!(patches == 1 || found.normal_deg < last.normal_deg, "{}: {found:?} after {last:?}", setting.name);
         last = found;
     }
+    // What a layout leaves out is the energy that its modes lack: nearly all that one patch of this many samples errs.
+    let one = of(&settings, 1, 128).unwrap();
+    let timeline = Timeline::uncalibrated(&one.of(&scene));
+    let lacks = 1.0 - (timeline.hs_at(7200) / timeline.wanted_hs_at(7200)).powi(2);
+    let (law, found) = (0.25 * lacks.sqrt(), errors(&scene, one, 7200).height_rms.unwrap());
+    assert!((found / law - 1.0).abs() < 0.1, "{found} beside {law}");
     // Nearly all of the sea, on a sixteenth of the samples that the scene asks for.
     assert!(last.height_rms.unwrap() < 0.002, "{last:?}");
     let finer = errors(&scene, of(&settings, 5, 128).unwrap(), 7200);
@@ -109,6 +115,8 @@ fn a_larger_budget_is_never_less_accurate_and_no_budget_is_overdrawn() {
     let mut axis =
         Axis { name: String::new(), about: String::new(), measure: Measure::Height, cost: Cost::Time, points };
     axis.mark_front();
+    let front: Vec<bool> = axis.points.iter().map(|point| point.front).collect();
+    assert_eq!(front, [true, true, false, true, true, false, true, true, false], "what another beats is not on it");
     let mut last = f64::INFINITY;
     for budget in [0.5, 1.0, 2.0, 4.0, 8.0] {
         let picked = axis.best_within(budget).unwrap();
