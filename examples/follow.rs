@@ -1,6 +1,7 @@
 //! A thin client: follows the displacement of one cascade and prints, frame by frame, how high its waves are.
 //!
-//! `cargo run --release --example follow -- ws://127.0.0.1:8080/v1/stream 10` (address of the stream, seconds)
+//! `target/release/examples/follow ws://127.0.0.1:8080/v1/stream 10` (address of the stream, seconds), after
+//! `cargo build --release --bin swellcast --examples`
 #![allow(clippy::disallowed_methods, reason = "a client has a clock of its own")]
 
 use std::time::{Duration, Instant};

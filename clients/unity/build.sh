@@ -14,4 +14,8 @@ mcs=(mcs -langversion:7 -warnaserror+ -optimize+ -debug "-lib:$out" -r:System.dl
 # Type-checks only: nothing of the stubs does anything.
 "${mcs[@]}" -target:library "-out:$out/UnityEngine.dll" Tests/Stubs/*.cs
 "${mcs[@]}" -target:library -r:Swellcast.Core.dll -r:UnityEngine.dll "-out:$out/Swellcast.dll" Runtime/*.cs
+# What the README shows: a script, and a program.
+awk -v out="$out" '/^```csharp/ { shown = out "/Readme" ++count ".cs"; next } /^```/ { shown = "" } shown { print > shown }' README.md
+"${mcs[@]}" -nowarn:0649 -target:library -r:Swellcast.Core.dll -r:Swellcast.dll -r:UnityEngine.dll "-out:$out/Readme1.dll" "$out/Readme1.cs"
+"${mcs[@]}" -r:Swellcast.Core.dll "-out:$out/Readme2.exe" "$out/Readme2.cs"
 echo "built into $out"

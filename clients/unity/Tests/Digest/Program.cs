@@ -3,6 +3,7 @@
 using System;
 using System.Collections.Generic;
 using System.Globalization;
+using System.IO;
 using System.Threading;
 
 namespace Swellcast.Tests
@@ -79,6 +80,7 @@ namespace Swellcast.Tests
 
         public override void OnFailed(Exception error)
         {
+            if (error is IOException) Environment.Exit(1); // nobody reads any more
             Console.Error.WriteLine(error);
         }
 

@@ -63,6 +63,29 @@ namespace UnityEngine
 
     public class MeshRenderer : Component
     {
+        public Material material { get; set; }
+    }
+
+    public class Material : Object
+    {
+    }
+
+    public sealed class Camera : Behaviour
+    {
+        public static Camera main { get { return null; } }
+    }
+
+    public sealed class GameObject : Object
+    {
+        public GameObject(string name)
+        {
+            this.name = name;
+        }
+
+        public T AddComponent<T>() where T : Component
+        {
+            return default(T);
+        }
     }
 
     public struct Vector3
