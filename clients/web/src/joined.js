@@ -14,7 +14,8 @@ export class Joined {
     this.length = unit.channels * this.samples;
     /** @type {{tick: number, name: number}[]} frames as whole patches, four at most */
     this.frames = [];
-    this.values = exports.take_values(this.length);
+    this.name = exports.take_values(this.length);
+    this.values = this.kernels.values(this.name, this.length);
   }
 
   /** Sees that the frames of the moment last sought are there. */
@@ -47,15 +48,17 @@ export class Joined {
     for (let channel = 0; channel < unit.channels; channel++) {
       for (let i = 0; i < pick.points; i++) weights[i] = pick.weights[i] * unit.step(pick.slots[i], channel);
       const [wa, wb, wc, wd] = weights;
-      kernels.exports.join(this.values, channel, samples, a, b, c, d, wa, wb, wc, wd);
+      kernels.exports.join(this.name, channel, samples, a, b, c, d, wa, wb, wc, wd);
     }
-    return kernels.values(this.values, this.length);
+    // Where memory grew, it lies elsewhere now.
+    if (this.values.length === 0) this.values = kernels.values(this.name, this.length);
+    return this.values;
   }
 
   /** Gives all memory back. */
   dispose() {
     for (const { name } of this.frames) this.kernels.exports.give_counts(name);
-    this.kernels.exports.give_values(this.values);
+    this.kernels.exports.give_values(this.name);
   }
 
   /** @param {number} slot @param {Int16Array} patch filled in */

@@ -148,7 +148,7 @@ export class Playback {
    * Everything that is held, at a moment.
    * @param {number} tick
    * @param {string[]} groups which to sample; all that is subscribed without
-   * @returns {Sampled[]} memory that the next call uses again
+   * @returns {Sampled[]} in memory that the next call uses again, and may move
    */
   sample(tick, groups = GROUPS) {
     this.seek(tick);

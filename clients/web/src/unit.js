@@ -84,14 +84,14 @@ export class Unit {
   sample() {
     const { size, channels, pick } = this, plane = size * size;
     if (this.joined && pick.points > 0 && this.#counted()) return this.joined.join();
-    const values = /** @type {Float32Array} */ (this.values).fill(0);
-    for (let i = 0; i < pick.points; i++) {
-      for (const frame of this.frames[pick.slots[i]]) {
-        const { n, tileX, tileZ } = frame, tile = valuesOf(frame);
-        for (let j = 0; j < channels * n * n; j++) {
-          const c = Math.floor(j / (n * n)), x = tileX * n + j % n, z = tileZ * n + Math.floor(j / n) % n;
-          values[c * plane + z * size + x] += pick.weights[i] * this.step(pick.slots[i], c) * tile[j];
-        }
+    const values = /** @type {Float32Array} */ (this.values);
+    if (pick.points === 0) return values.fill(0);
+    for (let place = 0; place < this.across * this.across; place++) {
+      const tileX = place % this.across, tileZ = Math.floor(place / this.across), n = size / this.across;
+      const tiles = [0, 1, 2, 3].map((i) => valuesOf(this.#tile(pick.slots[Math.min(i, pick.points - 1)], tileX, tileZ)));
+      for (let c = 0; c < channels; c++) {
+        const weights = tiles.map((_, i) => (i < pick.points ? pick.weights[i] * this.step(pick.slots[i], c) : 0));
+        join(tiles, weights, c * n * n, n, values, c * plane + tileZ * n * size + tileX * n, size);
       }
     }
     return values;
@@ -154,4 +154,21 @@ export class Unit {
  */
 function valuesOf(frame) {
   return frame.counts ?? /** @type {Float32Array} */ (frame.floats);
+}
+
+/**
+ * The weighted sum of one channel of four tiles, written into a plane.
+ * @param {(Int16Array | Float32Array)[]} tiles
+ * @param {number[]} weights
+ * @param {number} from where the channel begins in each
+ * @param {number} n samples a side of a tile
+ * @param {Float32Array} out
+ * @param {number} to where the tile's first sample goes
+ * @param {number} stride of `out`
+ */
+function join([a, b, c, d], [wa, wb, wc, wd], from, n, out, to, stride) {
+  for (let z = 0; z < n; z++) {
+    let i = from + z * n, o = to + z * stride;
+    for (const end = i + n; i < end; i++, o++) out[o] = wa * a[i] + wb * b[i] + wc * c[i] + wd * d[i];
+  }
 }
