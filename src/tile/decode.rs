@@ -7,8 +7,8 @@ use thiserror::Error;
 use super::deflate::{inflate, restore};
 use super::floats::floats;
 use super::history::{Counts, History};
-use super::predict::{TAPS, Taps};
-use super::rans::{Damaged, PlaneDecoder};
+use super::predict::Taps;
+use super::rans::{Damaged, PlaneDecoder, read_taps};
 use crate::wire::{Codec, ErrorClass, FrameError, FrameHeader, Group, UnitName, layer_of, split};
 
 /// One tile of one unit at one tick.
@@ -176,16 +176,6 @@ impl Decoder {
             *held = new();
         }
         held.history.keep(header.tick as i64, counts);
-    }
-}
-
-fn read_taps(bytes: &mut &[u8]) -> Result<(Taps, bool), DecodeError> {
-    let (head, rest) = bytes.split_at_checked(2 * TAPS + 4).ok_or(DecodeError::Payload("too short"))?;
-    *bytes = rest;
-    let taps = Taps(std::array::from_fn(|i| i16::from_le_bytes([head[2 * i], head[2 * i + 1]])));
-    match head[2 * TAPS..] {
-        [wide @ 0..=1, 0, 0, 0] => Ok((taps, wide == 1)),
-        _ => Err(DecodeError::Payload("bytes after the taps")),
     }
 }
 

@@ -3,7 +3,7 @@
 //!
 //! A state lies in 2^15 .. 2^31, so that it is a small integer in any language.
 
-use super::predict::{Basis, Taps, predict_in_space, predict_row};
+use super::predict::{Basis, TAPS, Taps, predict_in_space, predict_row};
 use super::residual::{CONTEXTS, ESCAPE, MAX_SHIFT, Residuals, context_of, floor, index_of};
 use crate::wire::TILE;
 
@@ -312,6 +312,20 @@ impl PlaneDecoder {
         }
         *state = next;
         (residual, symbol == i32::from(ESCAPE))
+    }
+}
+
+/// Reads the taps of a plane from the front of `bytes`, and whether its residuals have two bytes, as only deflate's may.
+///
+/// # Errors
+/// [`Damaged`] for bytes that are none.
+pub fn read_taps(bytes: &mut &[u8]) -> Result<(Taps, bool), Damaged> {
+    let (head, rest) = bytes.split_at_checked(2 * TAPS + 4).ok_or(Damaged("too short"))?;
+    *bytes = rest;
+    let taps = Taps(std::array::from_fn(|i| i16::from_le_bytes([head[2 * i], head[2 * i + 1]])));
+    match head[2 * TAPS..] {
+        [wide @ 0..=1, 0, 0, 0] => Ok((taps, wide == 1)),
+        _ => Err(Damaged("bytes after the taps")),
     }
 }
 

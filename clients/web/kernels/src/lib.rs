@@ -23,8 +23,8 @@ mod wire {
 
 use std::cell::RefCell;
 
-use predict::{Basis, TAPS, Taps};
-use rans::{Damaged, PlaneDecoder};
+use predict::Basis;
+use rans::{Damaged, PlaneDecoder, read_taps};
 use slabs::Slabs;
 use wire::BETWEEN;
 
@@ -128,13 +128,12 @@ pub extern "C" fn read_plane(
 }
 
 fn read(bytes: &[u8], decoder: &mut PlaneDecoder, basis: Basis, n: usize, out: &mut [i16]) -> Result<i32, Damaged> {
-    let (head, plane) = bytes.split_at_checked(2 * TAPS + 4).ok_or(Damaged("too short"))?;
-    let taps = Taps(std::array::from_fn(|i| i16::from_le_bytes([head[2 * i], head[2 * i + 1]])));
-    match head[2 * TAPS..] {
-        [0, 0, 0, 0] => Ok((head.len() + decoder.decode(plane, basis, taps, n, out)?) as i32),
-        [1, 0, 0, 0] => Err(Damaged("wide, which only deflate is")),
-        _ => Err(Damaged("bytes after the taps")),
+    let mut left = bytes;
+    let (taps, wide) = read_taps(&mut left)?;
+    if wide {
+        return Err(Damaged("wide, which only deflate is"));
     }
+    Ok((bytes.len() - left.len() + decoder.decode(left, basis, taps, n, out)?) as i32)
 }
 
 /// Where the reason for the last -1 lies: UTF-8.
